@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/result.h"
+#include "core/geometry/vec2.h"
+#include "core/metric/metric.h"
+
+namespace pliant {
+
+/// A metric that can be asked for at any point of the domain, at any time: the paper's "element
+/// size function".
+///
+/// *Invariants*: pure; the same point and any hint give the same bits, so that the order of
+/// questions cannot change a mesh. Every answer is positive definite.
+/// *Threads*: one thread at a time per object (an expression evaluator keeps scratch space).
+class MetricField {
+ public:
+  virtual ~MetricField() = default;
+
+  /// The metric at p.
+  ///
+  /// @param p     a finite point; where the field is not defined (outside a background mesh) the
+  ///              value at its nearest point holds.
+  /// @param hint  where the last search near p ended, kNoHint at first; only ever a speed-up.
+  [[nodiscard]] virtual Metric At(Vec2 p, std::int32_t& hint) const = 0;
+
+  /// The first question since the field was made that it had no usable answer to: an expression
+  /// that is NaN or not positive definite at a point of the domain (kExpressionValue, the point in
+  /// the message). `At` answered it with some valid metric all the same; whoever asked must throw
+  /// away what was built from it.
+  [[nodiscard]] virtual Status status() const { return {}; }
+
+  static constexpr std::int32_t kNoHint = -1;
+};
+
+}  // namespace pliant
