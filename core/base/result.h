@@ -22,7 +22,7 @@ enum class ErrorCode {
   kOutOfRange,       ///< A number lies outside the documented range.
   kEmpty,            ///< Something that must have an element has none.
   kTooLarge,         ///< Beyond a stated limit.
-  // Domains (core/mesh/domain.h).
+  // Domains (core/geometry/domain.h).
   kDuplicatePoint,        ///< Two points have the same coordinates.
   kZeroLengthSegment,     ///< A segment joins a point to itself.
   kDuplicateSegment,      ///< Two segments join the same two points.

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/mesh/domain.h"
+#include "core/geometry/domain.h"
 
 namespace pliant {
 

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "core/base/result.h"
-#include "core/mesh/domain.h"
-#include "core/mesh/mesh_data.h"
+#include "core/geometry/domain.h"
+#include "core/geometry/mesh_data.h"
 #include "core/metric/metric.h"
 #include "core/metric/metric_field.h"
 
