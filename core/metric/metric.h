@@ -48,8 +48,10 @@ struct Metric {
   return std::isfinite(m.m11) && std::isfinite(m.m12) && std::isfinite(m.m22);
 }
 
-/// True if m is finite and positive definite with a determinant that is a normal number, so that
-/// its lengths and areas can be computed.
+/// True if m is positive definite and its lengths and areas can be computed: the determinant, as
+/// computed, is a normal number, and the diagonal lies in [1e-150, 1e150]. Where the radii of a
+/// slanted metric differ by more than a factor of about 3e7, its entries cannot be told from those
+/// of a semi-definite one, and the answer depends on their rounding.
 [[nodiscard]] bool IsPositiveDefinite(const Metric& m);
 
 /// A metric by its axes, the form in which people think of it (eq. 3).
@@ -64,9 +66,18 @@ struct MetricAxes {
 [[nodiscard]] Metric MetricFromAxes(const MetricAxes& axes);
 
 /// The inverse of MetricFromAxes: radii are the inverse square roots of the eigenvalues. Uses only
-/// + - * / and sqrt, so it has the same bits everywhere. An isotropic metric has direction (1, 0).
+/// + - * / fma and sqrt, so it has the same bits everywhere. The direction points to x > 0, or is
+/// (0, +-1); an isotropic metric has (1, 0).
 /// @pre IsPositiveDefinite(m)
 [[nodiscard]] MetricAxes AxesFromMetric(const Metric& m);
+
+/// The eigenvalues of any symmetric tensor, each accurate relative to its own size.
+struct Eigenvalues {
+  double low = 0;
+  double high = 0;  ///< >= low
+};
+/// @pre IsFinite(m), entries of at most 1e150 in size.
+[[nodiscard]] Eigenvalues EigenvaluesOf(const Metric& m);
 
 /// Distance between x and y with M averaged over both ends. [BossenHeckbert1996, eq. 4]
 [[nodiscard]] inline double Distance(Vec2 x, const Metric& mx, Vec2 y, const Metric& my) {
@@ -117,7 +128,9 @@ struct SizeBounds {
 
   friend constexpr bool operator==(const SizeBounds&, const SizeBounds&) = default;
 };
-/// m with its radii forced into the bounds, axes kept. @pre IsPositiveDefinite(m)
+/// m with its radii forced into the bounds, axes kept; m to the bit if they lie inside.
+/// @pre IsPositiveDefinite(m); or m is any finite tensor and size_max > 0, which then stands in for
+///      every eigenvalue that is too small, a negative one too.
 [[nodiscard]] Metric Bound(const Metric& m, const SizeBounds& bounds);
 
 }  // namespace pliant
