@@ -1,0 +1,241 @@
+#include "core/geometry/locate.h"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/geometry/predicates.h"
+
+namespace pliant {
+namespace {
+
+/// A walk that has not arrived after this many triangles is slower than the tree, or in a cycle.
+constexpr int kWalkStepsMax = 64;
+
+std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
+
+struct BoundaryPoint {
+  std::array<double, 3> weights;
+  double squared_distance;
+};
+
+/// The point of the side opposite `corner` that is nearest to p.
+BoundaryPoint NearestOnSide(const std::array<Vec2, 3>& corners, std::size_t corner, Vec2 p) {
+  const std::size_t i = (corner + 1) % 3;
+  const std::size_t j = (corner + 2) % 3;
+  const Vec2 side = corners[j] - corners[i];
+  const double share = Dot(p - corners[i], side) / Dot(side, side);
+  // Written so that a share that is not a number, of a side too short or too long to square,
+  // becomes an end.
+  const double t = share > 0 ? (share < 1 ? share : 1) : 0;
+  const Vec2 foot = t == 1 ? corners[j] : corners[i] + t * side;
+  BoundaryPoint nearest{.weights = {}, .squared_distance = Dot(p - foot, p - foot)};
+  nearest.weights[i] = 1 - t;
+  nearest.weights[j] = t;
+  return nearest;
+}
+
+/// The point of the triangle's boundary that is nearest to p; of equally near ones, the first.
+BoundaryPoint NearestOnBoundary(const std::array<Vec2, 3>& corners, Vec2 p) {
+  BoundaryPoint nearest = NearestOnSide(corners, 0, p);
+  for (std::size_t corner = 1; corner < 3; ++corner) {
+    const BoundaryPoint candidate = NearestOnSide(corners, corner, p);
+    if (candidate.squared_distance < nearest.squared_distance) nearest = candidate;
+  }
+  return nearest;
+}
+
+/// Sides of p: sign i is +1 if p lies strictly within the side opposite corner i.
+std::array<int, 3> SideSigns(const std::array<Vec2, 3>& corners, Vec2 p) {
+  return {Orient2d(corners[1], corners[2], p), Orient2d(corners[2], corners[0], p),
+          Orient2d(corners[0], corners[1], p)};
+}
+
+bool Contains(const std::array<Vec2, 3>& corners, Vec2 p) {
+  const std::array<int, 3> signs = SideSigns(corners, p);
+  return signs[0] >= 0 && signs[1] >= 0 && signs[2] >= 0;
+}
+
+/// Weights of a point of the triangle. A weight is exactly 0 where p lies on the opposite side.
+std::array<double, 3> InteriorWeights(const std::array<Vec2, 3>& corners, Vec2 p,
+                                      const std::array<int, 3>& signs) {
+  // Below this share of the squared longest side, the cross products are mostly rounding, and the
+  // nearest boundary point, which is then within rounding of p, has the better weights.
+  constexpr double kSliver = 0x1p-40;
+  if (std::ranges::count(signs, 0) == 1) {
+    const auto on_side = static_cast<std::size_t>(std::ranges::find(signs, 0) - signs.begin());
+    return NearestOnSide(corners, on_side, p).weights;
+  }
+  std::array<double, 3> weights;
+  double squared_side = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec2 to_next = corners[(i + 1) % 3] - p;
+    const Vec2 to_last = corners[(i + 2) % 3] - p;
+    weights[i] = signs[i] > 0 ? std::max(0.0, Cross(to_next, to_last)) : 0;
+    squared_side = std::max(squared_side, Dot(to_last - to_next, to_last - to_next));
+  }
+  const double sum = weights[0] + weights[1] + weights[2];
+  if (!(sum > kSliver * squared_side) || !std::isfinite(sum)) {
+    return NearestOnBoundary(corners, p).weights;
+  }
+  for (double& weight : weights) weight /= sum;
+  return weights;
+}
+
+}  // namespace
+
+TriangleLocator::TriangleLocator(std::vector<Vec2> points,
+                                 std::vector<std::array<std::int32_t, 3>> triangles)
+    : points_(std::move(points)),
+      triangles_(std::move(triangles)),
+      neighbors_(FindNeighbors(triangles_, static_cast<std::int32_t>(points_.size()))),
+      lowest_triangle_(points_.size(), -1) {
+  PLIANT_CHECK(!triangles_.empty());
+  for (std::size_t t = triangles_.size(); t-- > 0;) {
+    for (std::int32_t corner : triangles_[t]) {
+      lowest_triangle_[AsIndex(corner)] = static_cast<std::int32_t>(t);
+    }
+  }
+}
+
+Location TriangleLocator::Locate(Vec2 p, std::int32_t hint) const {
+  const std::int32_t triangle = IsTriangle(hint) ? Walk(p, hint) : -1;
+  return triangle >= 0 ? Canonical(p, triangle) : Search(p);
+}
+
+/// A visibility walk: leaves each triangle by a side that has p beyond it. The first side to be
+/// tried changes from step to step, which leaves most of the cycles that a mesh that is not
+/// Delaunay can have. [Devillers2002]
+std::int32_t TriangleLocator::Walk(Vec2 p, std::int32_t start) const {
+  std::int32_t from = -1;
+  std::int32_t at = start;
+  for (int step = 0; step < kWalkStepsMax; ++step) {
+    const std::array<Vec2, 3> corners = Corners(at);
+    const std::array<std::int32_t, 3>& across = neighbors_[AsIndex(at)];
+    bool is_outside = false;
+    std::int32_t next = -1;
+    for (int k = 0; k < 3 && next < 0; ++k) {
+      const auto side = static_cast<std::size_t>((step + k) % 3);
+      if (from >= 0 && across[side] == from) continue;
+      if (Orient2d(corners[(side + 1) % 3], corners[(side + 2) % 3], p) >= 0) continue;
+      is_outside = true;
+      next = across[side];
+    }
+    if (next < 0) return is_outside ? -1 : at;
+    from = at;
+    at = next;
+  }
+  return -1;
+}
+
+/// The answer for a point of `triangle`: the same from whichever of the triangles around p.
+Location TriangleLocator::Canonical(Vec2 p, std::int32_t triangle) const {
+  std::array<int, 3> signs = SideSigns(Corners(triangle), p);
+  std::int32_t lowest = triangle;
+  for (std::size_t i = 0; i < 3; ++i) {
+    if (signs[i] != 0) continue;
+    const std::int32_t across = neighbors_[AsIndex(triangle)][i];
+    if (across >= 0) lowest = std::min(lowest, across);
+    const std::size_t j = (i + 1) % 3;
+    if (signs[j] == 0) {  // On both sides: at the corner where they meet.
+      lowest = lowest_triangle_[AsIndex(triangles_[AsIndex(triangle)][(i + 2) % 3])];
+      break;
+    }
+  }
+  if (lowest != triangle) signs = SideSigns(Corners(lowest), p);
+  return {
+      .triangle = lowest, .weights = InteriorWeights(Corners(lowest), p, signs), .inside = true};
+}
+
+/// Asks the tree for a triangle around p, and failing that for the nearest one.
+Location TriangleLocator::Search(Vec2 p) const {
+  const BoxTree& tree = Tree();
+  std::int32_t around = -1;
+  tree.ForEachAround(p, [&](std::int32_t t) {
+    if (Contains(Corners(t), p)) around = t;
+    return around < 0;
+  });
+  if (around >= 0) return Canonical(p, around);
+
+  Location nearest;
+  double squared_distance = std::numeric_limits<double>::infinity();
+  tree.ForEachNear(p, [&](std::int32_t t) {
+    const BoundaryPoint candidate = NearestOnBoundary(Corners(t), p);
+    const bool is_nearer = candidate.squared_distance < squared_distance;
+    const bool is_tie = candidate.squared_distance == squared_distance;
+    if (is_nearer || nearest.triangle < 0 || (is_tie && t < nearest.triangle)) {
+      squared_distance = candidate.squared_distance;
+      nearest = {.triangle = t, .weights = candidate.weights, .inside = false};
+    }
+    return squared_distance;
+  });
+  return nearest;
+}
+
+const BoxTree& TriangleLocator::Tree() const {
+  if (tree_.empty()) {
+    std::vector<BoundingBox> boxes;
+    boxes.reserve(triangles_.size());
+    for (std::size_t t = 0; t < triangles_.size(); ++t) {
+      const auto [a, b, c] = Corners(static_cast<std::int32_t>(t));
+      boxes.push_back({{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y})},
+                       {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y})}});
+    }
+    tree_ = BoxTree(boxes);
+  }
+  return tree_;
+}
+
+std::array<Vec2, 3> TriangleLocator::Corners(std::int32_t t) const {
+  const std::array<std::int32_t, 3>& corners = triangles_[AsIndex(t)];
+  return {points_[AsIndex(corners[0])], points_[AsIndex(corners[1])], points_[AsIndex(corners[2])]};
+}
+
+std::vector<std::array<std::int32_t, 3>> FindNeighbors(
+    std::span<const std::array<std::int32_t, 3>> triangles, std::int32_t point_count) {
+  // Sides are put in buckets by their lower end and sorted by the upper end inside each, so that
+  // the two sides of an edge become neighbours in the list.
+  struct Side {
+    std::int32_t upper;
+    std::int32_t triangle;
+    std::int32_t corner;
+  };
+  const auto ends = [](const std::array<std::int32_t, 3>& triangle, std::size_t corner) {
+    return std::minmax({triangle[(corner + 1) % 3], triangle[(corner + 2) % 3]});
+  };
+  std::vector<std::size_t> first(AsIndex(point_count) + 1, 0);
+  for (const auto& triangle : triangles) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      PLIANT_CHECK(triangle[i] >= 0 && triangle[i] < point_count, "corner", triangle[i]);
+    }
+    for (std::size_t i = 0; i < 3; ++i) ++first[AsIndex(ends(triangle, i).first) + 1];
+  }
+  for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
+  std::vector<Side> sides(3 * triangles.size());
+  std::vector<std::size_t> next(first.begin(), first.end() - 1);
+  for (std::size_t t = 0; t < triangles.size(); ++t) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto [lower, upper] = ends(triangles[t], i);
+      sides[next[AsIndex(lower)]++] = {upper, static_cast<std::int32_t>(t),
+                                       static_cast<std::int32_t>(i)};
+    }
+  }
+  std::vector<std::array<std::int32_t, 3>> neighbors(triangles.size(), {-1, -1, -1});
+  for (std::size_t v = 0; v + 1 < first.size(); ++v) {
+    const std::span<Side> bucket(sides.data() + first[v], first[v + 1] - first[v]);
+    std::ranges::stable_sort(bucket, {}, &Side::upper);
+    for (std::size_t i = 0; i + 1 < bucket.size(); ++i) {
+      const Side& a = bucket[i];
+      const Side& b = bucket[i + 1];
+      if (a.upper != b.upper) continue;
+      neighbors[AsIndex(a.triangle)][AsIndex(a.corner)] = b.triangle;
+      neighbors[AsIndex(b.triangle)][AsIndex(b.corner)] = a.triangle;
+      ++i;  // Both are paired.
+    }
+  }
+  return neighbors;
+}
+
+}  // namespace pliant

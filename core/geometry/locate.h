@@ -1,0 +1,79 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/geometry/box_tree.h"
+#include "core/geometry/vec2.h"
+
+namespace pliant {
+
+/// Where a point lies in a triangulation.
+struct Location {
+  std::int32_t triangle = -1;  ///< The triangle that holds the point, or the nearest point of it.
+  /// Barycentric weights of that point in `triangle`: each in [0, 1], sum 1 up to rounding.
+  std::array<double, 3> weights = {};
+  bool inside = false;  ///< True if the point lies in the triangulation, its boundary included.
+};
+
+/// Finds points in a fixed triangulation, which need be neither convex nor connected nor Delaunay.
+///
+/// *Invariants*: the answer depends on the point and the triangulation only, never on the hint or
+/// on earlier questions. A point on an edge or a vertex belongs to the lowest triangle there, and
+/// the weights of the corners off that edge or vertex are exactly 0. A point outside gets the
+/// nearest point of the triangulation, and among equally near triangles the lowest.
+/// *Threads*: one at a time per object: the tree is built at the first question that needs it.
+class TriangleLocator {
+ public:
+  /// Takes the arrays, and derives the rest in O(n log n).
+  ///
+  /// @param triangles  corners as indices into `points`, counter-clockwise, at least one triangle.
+  /// @pre A valid triangulation: no overlaps, no two triangles on the same side of an edge, no
+  ///      vertex inside an edge. Where it is not valid, the answer is one of those possible.
+  ///      Indices out of range are a bug of the caller.
+  TriangleLocator(std::vector<Vec2> points, std::vector<std::array<std::int32_t, 3>> triangles);
+
+  [[nodiscard]] std::span<const Vec2> points() const { return points_; }
+  [[nodiscard]] std::span<const std::array<std::int32_t, 3>> triangles() const {
+    return triangles_;
+  }
+  /// Triangles across the side opposite each corner; -1 where there is none.
+  [[nodiscard]] std::span<const std::array<std::int32_t, 3>> neighbors() const {
+    return neighbors_;
+  }
+
+  /// Walks from triangle `hint` towards p; where that does not arrive soon (far away, round a
+  /// corner, out of the domain), asks a tree of boxes. Distances to points outside are rounded to
+  /// nearest; all else is exact.
+  ///
+  /// @param p     finite.
+  /// @param hint  where the search begins; any number, best the last answer for a point nearby.
+  /// @par Cost    tens of ns from a good hint, else O(log n) for well-shaped triangles.
+  [[nodiscard]] Location Locate(Vec2 p, std::int32_t hint) const;
+
+ private:
+  [[nodiscard]] bool IsTriangle(std::int32_t t) const {
+    return t >= 0 && t < static_cast<std::int32_t>(triangles_.size());
+  }
+  [[nodiscard]] std::array<Vec2, 3> Corners(std::int32_t t) const;
+  [[nodiscard]] std::int32_t Walk(Vec2 p, std::int32_t start) const;
+  [[nodiscard]] Location Canonical(Vec2 p, std::int32_t triangle) const;
+  [[nodiscard]] Location Search(Vec2 p) const;
+  [[nodiscard]] const BoxTree& Tree() const;
+
+  std::vector<Vec2> points_;
+  std::vector<std::array<std::int32_t, 3>> triangles_;
+  std::vector<std::array<std::int32_t, 3>> neighbors_;
+  std::vector<std::int32_t> lowest_triangle_;  ///< Of each point; -1 for a point of no triangle.
+  mutable BoxTree tree_;                       ///< Empty until the first question that needs it.
+};
+
+/// For each triangle, the triangles across the sides opposite its corners; -1 where there is none.
+/// Where more than two triangles claim an edge, only some of them are paired.
+/// @pre indices are in [0, point_count)
+[[nodiscard]] std::vector<std::array<std::int32_t, 3>> FindNeighbors(
+    std::span<const std::array<std::int32_t, 3>> triangles, std::int32_t point_count);
+
+}  // namespace pliant
