@@ -8,6 +8,7 @@ std::string_view ErrorCodeName(ErrorCode code) {
   case ErrorCode::constant:         \
     return name
     PLIANT_CASE(kArrayLength, "ARRAY_LENGTH");
+    PLIANT_CASE(kArrayType, "ARRAY_TYPE");
     PLIANT_CASE(kIndexOutOfRange, "INDEX_OUT_OF_RANGE");
     PLIANT_CASE(kDuplicateId, "DUPLICATE_ID");
     PLIANT_CASE(kNotFinite, "NOT_FINITE");
@@ -44,6 +45,7 @@ std::string_view ErrorCodeName(ErrorCode code) {
     PLIANT_CASE(kRevisionNotFound, "REVISION_NOT_FOUND");
     PLIANT_CASE(kRevisionMismatch, "REVISION_MISMATCH");
     PLIANT_CASE(kProtocolOrder, "PROTOCOL_ORDER");
+    PLIANT_CASE(kUpdateRejected, "UPDATE_REJECTED");
     PLIANT_CASE(kResourceExhausted, "RESOURCE_EXHAUSTED");
     PLIANT_CASE(kCancelled, "CANCELLED");
     PLIANT_CASE(kDeadlineExceeded, "DEADLINE_EXCEEDED");

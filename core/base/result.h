@@ -16,6 +16,7 @@ namespace pliant {
 enum class ErrorCode {
   // Arrays.
   kArrayLength,      ///< An array does not have the length that another one implies.
+  kArrayType,        ///< An array holds another type of number than documented.
   kIndexOutOfRange,  ///< An index names no element.
   kDuplicateId,      ///< An id is named twice in one request.
   kNotFinite,        ///< A coordinate, size or tensor entry is NaN or infinite.
@@ -56,7 +57,8 @@ enum class ErrorCode {
   kSessionBusy,
   kRevisionNotFound,
   kRevisionMismatch,
-  kProtocolOrder,  ///< A message came where the protocol does not allow it.
+  kProtocolOrder,   ///< A message came where the protocol does not allow it.
+  kUpdateRejected,  ///< An update that this advance was to commit was refused.
   kResourceExhausted,
   kCancelled,
   kDeadlineExceeded,
