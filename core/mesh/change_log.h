@@ -1,0 +1,30 @@
+#pragma once
+
+#include <cstdint>
+#include <utility>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/mesh/mesh.h"
+
+namespace pliant {
+
+/// The state at the last commit of everything that changed since: what a diff is folded from and a
+/// rollback restores. MeshEdit writes it, once per element and revision.
+struct ChangeLog {
+  /// Slots in order of first touch with their records before it (live = false for new slots).
+  std::vector<std::pair<VertexId, VertexRecord>> vertices;
+  std::vector<std::pair<TriangleId, TriangleRecord>> triangles;
+  std::vector<std::pair<EdgeId, EdgeRecord>> edges;
+
+  /// Slots in the arrays at the last commit.
+  std::int32_t vertex_slots = 0;
+  std::int32_t triangle_slots = 0;
+  std::int32_t edge_slots = 0;
+
+  [[nodiscard]] bool empty() const {
+    return vertices.empty() && triangles.empty() && edges.empty();
+  }
+};
+
+}  // namespace pliant

@@ -1,0 +1,377 @@
+#include "core/mesh/mesh_edit.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pliant {
+namespace {
+
+constexpr std::uint8_t Bit(int side) { return static_cast<std::uint8_t>(1U << side); }
+
+constexpr bool IsConstrained(const TriangleRecord& triangle, int side) {
+  return (triangle.constrained & Bit(side)) != 0;
+}
+
+VertexId& At(std::array<VertexId, 3>& values, int index) {
+  return values[static_cast<std::size_t>(index)];
+}
+VertexId At(const std::array<VertexId, 3>& values, int index) {
+  return values[static_cast<std::size_t>(index)];
+}
+TriangleId& At(std::array<TriangleId, 3>& values, int index) {
+  return values[static_cast<std::size_t>(index)];
+}
+TriangleId At(const std::array<TriangleId, 3>& values, int index) {
+  return values[static_cast<std::size_t>(index)];
+}
+
+/// Constrained bits of three sides, in order.
+std::uint8_t Bits(bool side0, bool side1, bool side2) {
+  return static_cast<std::uint8_t>((side0 ? 1 : 0) | (side1 ? 2 : 0) | (side2 ? 4 : 0));
+}
+
+}  // namespace
+
+void MeshEdit::Fix(VertexId vertex) {
+  if (!mesh_.vertex(vertex).fixed) TouchVertex(vertex).fixed = true;
+}
+
+void MeshEdit::MoveVertex(VertexId vertex, Vec2 position) {
+  TouchVertex(vertex).position = position;
+}
+
+void MeshEdit::SlideVertex(VertexId vertex, double t) {
+  const auto [before, after] = mesh_.SegmentEdges(vertex);
+  PLIANT_DCHECK(mesh_.edge(before).segment == mesh_.edge(after).segment, "vertex", vertex);
+  PLIANT_DCHECK(mesh_.edge(before).parameters[0] < t && t < mesh_.edge(after).parameters[1],
+                "vertex", vertex, "t", t);
+  TouchEdge(before).parameters[1] = t;
+  TouchEdge(after).parameters[0] = t;
+  TouchVertex(vertex).position = mesh_.PointOnSegment(mesh_.edge(before).segment, t);
+}
+
+void MeshEdit::SetMetric(VertexId vertex, const Metric& metric) {
+  TouchVertex(vertex).metric = metric;
+}
+
+VisitState& MeshEdit::Visit(VertexId vertex) { return TouchVertex(vertex).visit; }
+
+void MeshEdit::SwapEdge(Side side) {
+  const int i = side.corner;
+  const TriangleId t_id = side.triangle;
+  const TriangleId u_id = At(mesh_.triangle(t_id).neighbors, i);
+  PLIANT_DCHECK(u_id.valid() && !IsConstrained(mesh_.triangle(t_id), i), "triangle", t_id);
+  const int j = mesh_.SideTowards(u_id, t_id);
+  TriangleRecord& t = TouchTriangle(t_id);
+  TriangleRecord& u = TouchTriangle(u_id);
+
+  // t = (p, a, b) and u = (q, b, a) become t = (p, a, q) and u = (q, b, p).
+  const int i1 = NextCorner(i);
+  const int i2 = PreviousCorner(i);
+  const int j1 = NextCorner(j);
+  const int j2 = PreviousCorner(j);
+  const VertexId p = At(t.vertices, i);
+  const VertexId a = At(t.vertices, i1);
+  const VertexId b = At(t.vertices, i2);
+  const VertexId q = At(u.vertices, j);
+  const TriangleId beyond_bp = At(t.neighbors, i1);
+  const TriangleId beyond_aq = At(u.neighbors, j1);
+  const bool bp = IsConstrained(t, i1);
+  const bool pa = IsConstrained(t, i2);
+  const bool aq = IsConstrained(u, j1);
+  const bool qb = IsConstrained(u, j2);
+
+  At(t.vertices, i2) = q;
+  At(t.neighbors, i) = beyond_aq;
+  At(t.neighbors, i1) = u_id;
+  t.constrained = static_cast<std::uint8_t>((aq ? Bit(i) : 0) | (pa ? Bit(i2) : 0));
+  At(u.vertices, j2) = p;
+  At(u.neighbors, j) = beyond_bp;
+  At(u.neighbors, j1) = t_id;
+  u.constrained = static_cast<std::uint8_t>((bp ? Bit(j) : 0) | (qb ? Bit(j2) : 0));
+
+  SetNeighbor(beyond_aq, u_id, t_id);
+  SetNeighbor(beyond_bp, t_id, u_id);
+  if (mesh_.vertex(a).triangle == u_id) TouchVertex(a).triangle = t_id;
+  if (mesh_.vertex(b).triangle == t_id) TouchVertex(b).triangle = u_id;
+  if (t.constrained != 0) PointEdgesAt(t_id);
+  if (u.constrained != 0) PointEdgesAt(u_id);
+}
+
+VertexId MeshEdit::SplitEdge(Side side, Vec2 position, double t_on_segment) {
+  const VertexId m = TakeVertex();
+  TouchVertex(m).position = position;
+
+  const TriangleId t_id = side.triangle;
+  const int i = side.corner;
+  const TriangleRecord t = mesh_.triangle(t_id);  // Copies: the arrays may grow below.
+  const VertexId p = At(t.vertices, i);
+  const VertexId a = At(t.vertices, NextCorner(i));
+  const VertexId b = At(t.vertices, PreviousCorner(i));
+  const bool constrained = IsConstrained(t, i);
+  if (constrained) SplitConstrainedEdge(mesh_.FindEdge(a, b), m, t_on_segment);
+
+  // (p, a, b) becomes (p, a, m) and (p, m, b); likewise (q, b, a) behind the edge.
+  const TriangleId u_id = At(t.neighbors, i);
+  const TriangleId t2_id = TakeTriangle();
+  const TriangleId u2_id = u_id.valid() ? TakeTriangle() : TriangleId();
+  const bool pa = IsConstrained(t, PreviousCorner(i));
+  const bool bp = IsConstrained(t, NextCorner(i));
+  const TriangleId beyond_pa = At(t.neighbors, PreviousCorner(i));
+  const TriangleId beyond_bp = At(t.neighbors, NextCorner(i));
+  {
+    TriangleRecord& first = TouchTriangle(t_id);
+    first.vertices = {p, a, m};
+    first.neighbors = {u2_id, t2_id, beyond_pa};
+    first.constrained = Bits(constrained, false, pa);
+    TriangleRecord& second = TouchTriangle(t2_id);
+    second.vertices = {p, m, b};
+    second.neighbors = {u_id, beyond_bp, t_id};
+    second.constrained = Bits(constrained, bp, false);
+    second.region = t.region;
+  }
+  SetNeighbor(beyond_bp, t_id, t2_id);
+  if (u_id.valid()) {
+    const TriangleRecord u = mesh_.triangle(u_id);
+    const int j = mesh_.SideTowards(u_id, t_id);
+    const VertexId q = At(u.vertices, j);
+    const TriangleId beyond_qb = At(u.neighbors, PreviousCorner(j));
+    const TriangleId beyond_aq = At(u.neighbors, NextCorner(j));
+    TriangleRecord& first = TouchTriangle(u_id);
+    first.vertices = {q, b, m};
+    first.neighbors = {t2_id, u2_id, beyond_qb};
+    first.constrained = Bits(constrained, false, IsConstrained(u, PreviousCorner(j)));
+    TriangleRecord& second = TouchTriangle(u2_id);
+    second.vertices = {q, m, a};
+    second.neighbors = {t_id, beyond_aq, u_id};
+    second.constrained = Bits(constrained, IsConstrained(u, NextCorner(j)), false);
+    second.region = u.region;
+    SetNeighbor(beyond_aq, u_id, u2_id);
+    if (mesh_.vertex(a).triangle == u_id) TouchVertex(a).triangle = t_id;
+  }
+  TouchVertex(m).triangle = t_id;
+  if (mesh_.vertex(b).triangle == t_id) TouchVertex(b).triangle = t2_id;
+  for (const TriangleId id : {t_id, t2_id, u_id, u2_id}) {
+    if (id.valid() && mesh_.triangle(id).constrained != 0) PointEdgesAt(id);
+  }
+  return m;
+}
+
+void MeshEdit::ReplaceCavity(std::span<const TriangleId> cavity,
+                             std::span<const NewTriangle> triangles) {
+  std::vector<OuterSide> outer = OuterSidesOf(cavity);
+  std::vector<TriangleId> slots(cavity.begin(), cavity.end());
+  while (slots.size() > triangles.size()) {
+    FreeTriangle(slots.back());
+    slots.pop_back();
+  }
+  while (slots.size() < triangles.size()) slots.push_back(TakeTriangle());
+
+  std::vector<OpenSide> open;
+  for (std::size_t k = 0; k < triangles.size(); ++k) {
+    TriangleRecord& record = TouchTriangle(slots[k]);
+    record.vertices = triangles[k].vertices;
+    record.region = triangles[k].region;
+    record.neighbors = {};
+    record.constrained = 0;
+    for (int side = 0; side < 3; ++side) {
+      open.push_back({At(record.vertices, NextCorner(side)),
+                      At(record.vertices, PreviousCorner(side)), slots[k], side});
+    }
+  }
+  LinkSides(open, outer);
+  for (const TriangleId id : slots) {
+    PointVerticesAt(id);
+    if (mesh_.triangle(id).constrained != 0) PointEdgesAt(id);
+  }
+}
+
+std::vector<MeshEdit::OuterSide> MeshEdit::OuterSidesOf(std::span<const TriangleId> cavity) const {
+  std::vector<OuterSide> sides;
+  for (const TriangleId id : cavity) {
+    const TriangleRecord& record = mesh_.triangle(id);
+    for (int side = 0; side < 3; ++side) {
+      const TriangleId beyond = At(record.neighbors, side);
+      const bool inner = std::find(cavity.begin(), cavity.end(), beyond) != cavity.end();
+      if (inner && !IsConstrained(record, side)) continue;
+      sides.push_back({At(record.vertices, NextCorner(side)),
+                       At(record.vertices, PreviousCorner(side)), inner ? TriangleId() : beyond,
+                       IsConstrained(record, side)});
+    }
+  }
+  return sides;
+}
+
+void MeshEdit::LinkSides(std::span<const OpenSide> open, std::span<const OuterSide> outer) {
+  for (const OpenSide& side : open) {
+    TriangleRecord& record = TouchTriangle(side.triangle);
+    const auto twin = std::find_if(open.begin(), open.end(), [&](const OpenSide& other) {
+      return other.from == side.to && other.to == side.from;
+    });
+    const auto old = std::find_if(outer.begin(), outer.end(), [&](const OuterSide& other) {
+      return other.from == side.from && other.to == side.to;
+    });
+    if (old != outer.end() && old->beyond.valid()) {
+      At(record.neighbors, side.side) = old->beyond;
+      // The neighbour may stand behind several sides of the cavity: find it by its corners.
+      TriangleRecord& neighbor = TouchTriangle(old->beyond);
+      for (int k = 0; k < 3; ++k) {
+        if (At(neighbor.vertices, NextCorner(k)) == side.to &&
+            At(neighbor.vertices, PreviousCorner(k)) == side.from) {
+          At(neighbor.neighbors, k) = side.triangle;
+        }
+      }
+    } else if (twin != open.end()) {
+      At(record.neighbors, side.side) = twin->triangle;
+    }
+    const bool constrained =
+        old != outer.end() ? old->constrained : mesh_.FindEdge(side.from, side.to).valid();
+    PLIANT_DCHECK(constrained || At(record.neighbors, side.side).valid(), "from", side.from, "to",
+                  side.to);
+    if (constrained)
+      record.constrained = static_cast<std::uint8_t>(record.constrained | Bit(side.side));
+  }
+}
+
+void MeshEdit::RemoveVertex(VertexId vertex) {
+  PLIANT_CHECK(!mesh_.vertex(vertex).edge.valid(), "vertex", vertex);
+  VertexRecord& record = TouchVertex(vertex);
+  VertexRecord dead;
+  dead.touched = record.touched;
+  dead.committed = record.committed;
+  record = dead;
+  if (dead.committed) {
+    mesh_.vertex_allocator_.Park(vertex.value());
+  } else {
+    mesh_.vertex_allocator_.Free(vertex.value());
+  }
+}
+
+void MeshEdit::FreeTriangle(TriangleId id) {
+  TriangleRecord& record = TouchTriangle(id);
+  TriangleRecord dead;
+  dead.touched = record.touched;
+  dead.committed = record.committed;
+  record = dead;
+  if (dead.committed) {
+    mesh_.triangle_allocator_.Park(id.value());
+  } else {
+    mesh_.triangle_allocator_.Free(id.value());
+  }
+}
+
+void MeshEdit::FreeEdge(EdgeId id) {
+  EdgeRecord& record = TouchEdge(id);
+  EdgeRecord dead;
+  dead.touched = record.touched;
+  dead.committed = record.committed;
+  record = dead;
+  if (dead.committed) {
+    mesh_.edge_allocator_.Park(id.value());
+  } else {
+    mesh_.edge_allocator_.Free(id.value());
+  }
+}
+
+VertexId MeshEdit::TakeVertex() {
+  const VertexId id(mesh_.vertex_allocator_.Take());
+  if (id.index() == mesh_.vertices_.size()) mesh_.vertices_.emplace_back();
+  TouchVertex(id).live = true;
+  return id;
+}
+
+TriangleId MeshEdit::TakeTriangle() {
+  const TriangleId id(mesh_.triangle_allocator_.Take());
+  if (id.index() == mesh_.triangles_.size()) mesh_.triangles_.emplace_back();
+  TouchTriangle(id).live = true;
+  return id;
+}
+
+EdgeId MeshEdit::TakeEdge() {
+  const EdgeId id(mesh_.edge_allocator_.Take());
+  if (id.index() == mesh_.edges_.size()) mesh_.edges_.emplace_back();
+  TouchEdge(id).live = true;
+  return id;
+}
+
+EdgeId MeshEdit::MergeEdges(VertexId vertex) {
+  const auto [before, after] = mesh_.SegmentEdges(vertex);
+  const VertexId far = mesh_.edge(after).vertices[1];
+  UnlinkEdge(before, vertex);
+  UnlinkEdge(after, vertex);
+  UnlinkEdge(after, far);
+  EdgeRecord& merged = TouchEdge(before);
+  merged.vertices[1] = far;
+  merged.parameters[1] = mesh_.edge(after).parameters[1];
+  merged.next[1] = mesh_.vertex(far).edge;
+  TouchVertex(far).edge = before;
+  FreeEdge(after);
+  return before;
+}
+
+void MeshEdit::SplitConstrainedEdge(EdgeId edge, VertexId vertex, double t) {
+  const EdgeId rest = TakeEdge();
+  const VertexId far = mesh_.edge(edge).vertices[1];
+  UnlinkEdge(edge, far);
+  EdgeRecord& first = TouchEdge(edge);
+  EdgeRecord& second = TouchEdge(rest);
+  second.vertices = {vertex, far};
+  second.parameters = {t, first.parameters[1]};
+  second.triangle = first.triangle;
+  second.tag = first.tag;
+  second.segment = first.segment;
+  first.vertices[1] = vertex;
+  first.parameters[1] = t;
+  first.next[1] = mesh_.vertex(vertex).edge;
+  TouchVertex(vertex).edge = edge;
+  LinkEdge(rest);
+}
+
+void MeshEdit::LinkEdge(EdgeId id) {
+  for (std::size_t end = 0; end < 2; ++end) {
+    VertexRecord& vertex = TouchVertex(mesh_.edge(id).vertices[end]);
+    TouchEdge(id).next[end] = vertex.edge;
+    vertex.edge = id;
+  }
+}
+
+void MeshEdit::UnlinkEdge(EdgeId id, VertexId vertex) {
+  const auto end_at = [&](EdgeId edge) -> std::size_t {
+    return mesh_.edge(edge).vertices[0] == vertex ? 0 : 1;
+  };
+  const EdgeId next = mesh_.edge(id).next[end_at(id)];
+  if (mesh_.vertex(vertex).edge == id) {
+    TouchVertex(vertex).edge = next;
+    return;
+  }
+  EdgeId current = mesh_.vertex(vertex).edge;
+  while (mesh_.edge(current).next[end_at(current)] != id) {
+    current = mesh_.edge(current).next[end_at(current)];
+  }
+  TouchEdge(current).next[end_at(current)] = next;
+}
+
+void MeshEdit::SetNeighbor(TriangleId triangle, TriangleId from, TriangleId to) {
+  if (!triangle.valid()) return;
+  const int side = mesh_.SideTowards(triangle, from);
+  At(TouchTriangle(triangle).neighbors, side) = to;
+}
+
+void MeshEdit::PointEdgesAt(TriangleId id) {
+  const TriangleRecord& record = mesh_.triangle(id);
+  for (int side = 0; side < 3; ++side) {
+    if (!IsConstrained(record, side)) continue;
+    const EdgeId edge = mesh_.FindEdge(At(record.vertices, NextCorner(side)),
+                                       At(record.vertices, PreviousCorner(side)));
+    PLIANT_CHECK(edge.valid(), "triangle", id, "side", side);
+    if (mesh_.edge(edge).triangle != id) TouchEdge(edge).triangle = id;
+  }
+}
+
+void MeshEdit::PointVerticesAt(TriangleId id) {
+  for (const VertexId vertex : mesh_.triangle(id).vertices) {
+    if (mesh_.vertex(vertex).triangle != id) TouchVertex(vertex).triangle = id;
+  }
+}
+
+}  // namespace pliant

@@ -1,0 +1,174 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/geometry/vec2.h"
+#include "core/mesh/change_log.h"
+#include "core/mesh/mesh.h"
+#include "core/mesh/mesh_diff.h"
+#include "core/metric/metric.h"
+
+namespace pliant {
+
+/// A triangle to be made: corners counter-clockwise, and its region.
+struct NewTriangle {
+  std::array<VertexId, 3> vertices;
+  std::int32_t region = 0;
+};
+
+/// An edge of the mesh seen from one of its triangles.
+struct Side {
+  TriangleId triangle;
+  int corner = 0;  ///< The corner opposite the edge.
+};
+
+/// A constrained edge of a mesh that is being set up.
+struct NewEdge {
+  std::array<VertexId, 2> vertices;
+  std::array<double, 2> parameters{};
+  std::int32_t tag = 0;
+  std::int32_t segment = -1;
+};
+
+/// The one way to change a mesh. Keeps connectivity, edge lists and slots consistent and writes the
+/// change log; does not judge geometry: callers test orientation first.
+///
+/// *Invariants*: after every call the mesh is consistent in everything but orientation; between
+/// commits the log holds each touched element's state at the last commit. Before the first commit
+/// nothing is logged, because there is nothing to go back to.
+/// *Threads*: one caller at a time.
+class MeshEdit {
+ public:
+  explicit MeshEdit(Mesh& mesh) : mesh_(mesh) {}
+
+  /// Sets up a mesh from nothing: vertices with their positions, triangles with corners and
+  /// regions, constrained edges, segments. Vertices are fixed unless they have exactly two
+  /// constrained edges of one segment or none. Finds neighbours and pinched vertices.
+  /// @pre the mesh is empty; the arrays describe a conforming triangulation
+  void Build(std::span<const Vec2> positions, std::span<const NewTriangle> triangles,
+             std::span<const NewEdge> edges, std::span<const SegmentRecord> segments);
+
+  /// Marks a vertex as given: the loop neither moves nor deletes it.
+  void Fix(VertexId vertex);
+
+  void MoveVertex(VertexId vertex, Vec2 position);
+  /// Moves a vertex along its segment to parameter t, and to the segment's point there.
+  /// @pre it has exactly two constrained edges, of one segment, and t lies between their far ends
+  void SlideVertex(VertexId vertex, double t);
+  void SetMetric(VertexId vertex, const Metric& metric);
+  /// Writable state of the loop. The reference is valid until the next call that adds vertices.
+  VisitState& Visit(VertexId vertex);
+  /// Writable without a trace in the log: hints never decide anything.
+  std::int32_t& Hint(VertexId vertex) { return mesh_.vertices_[vertex.index()].hint; }
+
+  /// Replaces the diagonal `side` of its two triangles by the other one. Both slots stay in use.
+  /// @pre the side has a neighbour and is not constrained
+  void SwapEdge(Side side);
+
+  /// Puts a new vertex on an edge; splits its one or two triangles and, if it is constrained, the
+  /// constrained edge, at parameter `t` of its segment. @return the new vertex
+  VertexId SplitEdge(Side side, Vec2 position, double t);
+
+  /// Replaces the triangles of a cavity by others that cover the same polygon. Vertices that lose
+  /// their last triangle must be removed by RemoveVertex.
+  /// @pre new sides without partner are sides of the cavity or constrained edges
+  void ReplaceCavity(std::span<const TriangleId> cavity, std::span<const NewTriangle> triangles);
+
+  /// Frees a vertex that no triangle and no constrained edge uses.
+  void RemoveVertex(VertexId vertex);
+
+  /// Merges the two constrained edges at a vertex inside a segment into one. The triangles still
+  /// have the vertex: ReplaceCavity must follow. @return the edge that is left
+  EdgeId MergeEdges(VertexId vertex);
+
+  /// Lets a vertex split a constrained edge, at parameter t. The triangles still have the whole
+  /// edge: ReplaceCavity must follow.
+  void SplitConstrainedEdge(EdgeId edge, VertexId vertex, double t);
+
+  /// Ends a revision: folds the log into a diff, empties it and logs from now on.
+  MeshDiff Commit(Revision revision);
+  /// Takes every touched element back to its state at the last commit.
+  /// @pre there was a commit
+  void Rollback();
+  /// Renumbers live elements to 0..n-1 in order of slot. @pre nothing was committed yet
+  void Compact();
+
+  [[nodiscard]] const ChangeLog& log() const { return log_; }
+  /// Of the last commit.
+  [[nodiscard]] const MeshSummary& summary() const { return summary_; }
+  [[nodiscard]] const Mesh& mesh() const { return mesh_; }
+
+ private:
+  /// Writable records; the first call in a revision logs what stood there.
+  VertexRecord& TouchVertex(VertexId id) {
+    VertexRecord& record = mesh_.vertices_[id.index()];
+    if (logging() && !record.touched) {
+      log_.vertices.emplace_back(id, record);
+      record.touched = true;
+    }
+    return record;
+  }
+  TriangleRecord& TouchTriangle(TriangleId id) {
+    TriangleRecord& record = mesh_.triangles_[id.index()];
+    if (logging() && !record.touched) {
+      log_.triangles.emplace_back(id, record);
+      record.touched = true;
+    }
+    return record;
+  }
+  EdgeRecord& TouchEdge(EdgeId id) {
+    EdgeRecord& record = mesh_.edges_[id.index()];
+    if (logging() && !record.touched) {
+      log_.edges.emplace_back(id, record);
+      record.touched = true;
+    }
+    return record;
+  }
+  [[nodiscard]] bool logging() const { return committed_ != Revision::kNone; }
+  VertexId TakeVertex();
+  TriangleId TakeTriangle();
+  EdgeId TakeEdge();
+  void FreeTriangle(TriangleId id);
+  void FreeEdge(EdgeId id);
+
+  /// A side of a cavity: what lies beyond it, and whether it is a constrained edge.
+  struct OuterSide {
+    VertexId from;
+    VertexId to;
+    TriangleId beyond;
+    bool constrained = false;
+  };
+  /// A side of a new triangle that waits for its neighbour.
+  struct OpenSide {
+    VertexId from;
+    VertexId to;
+    TriangleId triangle;
+    int side = 0;
+  };
+  [[nodiscard]] std::vector<OuterSide> OuterSidesOf(std::span<const TriangleId> cavity) const;
+  void LinkSides(std::span<const OpenSide> open, std::span<const OuterSide> outer);
+
+  void LinkEdge(EdgeId id);
+  void UnlinkEdge(EdgeId id, VertexId vertex);
+  void SetNeighbor(TriangleId triangle, TriangleId from, TriangleId to);
+  void PointEdgesAt(TriangleId id);
+  void PointVerticesAt(TriangleId id);
+
+  void MarkPinched();
+  MeshDiff FirstCommit(Revision revision);
+  void StartLog(Revision revision);
+  void FoldVertices(MeshDiff& diff);
+  void FoldTriangles(MeshDiff& diff);
+  void FoldEdges(MeshDiff& diff);
+
+  Mesh& mesh_;
+  ChangeLog log_;
+  MeshSummary summary_;
+  Revision committed_ = Revision::kNone;
+};
+
+}  // namespace pliant

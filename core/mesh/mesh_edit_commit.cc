@@ -1,0 +1,142 @@
+// MeshEdit, the part that ends a revision: folds the change log into a diff or undoes it.
+
+#include <algorithm>
+#include <bit>
+
+#include "core/mesh/mesh_edit.h"
+
+namespace pliant {
+namespace {
+
+template <class Entries>
+void SortBySlot(Entries& entries) {
+  std::sort(entries.begin(), entries.end(),
+            [](const auto& a, const auto& b) { return a.first < b.first; });
+}
+
+/// Replicas copy bits, so that -0.0 and 0.0 differ here.
+bool SameBits(Vec2 a, Vec2 b) {
+  return std::bit_cast<std::uint64_t>(a.x) == std::bit_cast<std::uint64_t>(b.x) &&
+         std::bit_cast<std::uint64_t>(a.y) == std::bit_cast<std::uint64_t>(b.y);
+}
+
+}  // namespace
+
+MeshDiff MeshEdit::Commit(Revision revision) {
+  if (!logging()) return FirstCommit(revision);
+  MeshDiff diff;
+  diff.base_revision = committed_;
+  diff.revision = revision;
+  FoldVertices(diff);
+  FoldTriangles(diff);
+  FoldEdges(diff);
+  mesh_.vertex_allocator_.ReleaseParked();
+  mesh_.triangle_allocator_.ReleaseParked();
+  mesh_.edge_allocator_.ReleaseParked();
+  summary_.vertex_count = mesh_.vertex_count();
+  summary_.triangle_count = mesh_.triangle_count();
+  summary_.edge_count = mesh_.edge_count();
+  diff.summary = summary_;
+  StartLog(revision);
+  return diff;
+}
+
+MeshDiff MeshEdit::FirstCommit(Revision revision) {
+  for (VertexRecord& record : mesh_.vertices_) record.committed = record.live;
+  for (TriangleRecord& record : mesh_.triangles_) record.committed = record.live;
+  for (EdgeRecord& record : mesh_.edges_) record.committed = record.live;
+  MeshDiff diff = SnapshotOf(mesh_, revision);
+  summary_ = diff.summary;
+  StartLog(revision);
+  return diff;
+}
+
+void MeshEdit::StartLog(Revision revision) {
+  log_.vertices.clear();
+  log_.triangles.clear();
+  log_.edges.clear();
+  log_.vertex_slots = mesh_.vertex_slots();
+  log_.triangle_slots = mesh_.triangle_slots();
+  log_.edge_slots = mesh_.edge_slots();
+  committed_ = revision;
+}
+
+void MeshEdit::FoldVertices(MeshDiff& diff) {
+  SortBySlot(log_.vertices);
+  for (const auto& [id, old] : log_.vertices) {
+    VertexRecord& now = mesh_.vertices_[id.index()];
+    now.touched = false;
+    now.committed = now.live;
+    const bool moved = !old.live || !now.live || !SameBits(old.position, now.position);
+    if (old.live && moved) summary_.state_hash -= VertexHash(id, old.position);
+    if (now.live && moved) {
+      summary_.state_hash += VertexHash(id, now.position);
+      diff.vertex_ids.push_back(id);
+      diff.vertex_positions.push_back(now.position);
+    }
+    if (old.live && !now.live) diff.removed_vertices.push_back(id);
+    if (now.live && (!old.live || !(old.metric == now.metric))) {
+      diff.metric_vertex_ids.push_back(id);
+      diff.metrics.push_back(now.metric);
+    }
+  }
+}
+
+void MeshEdit::FoldTriangles(MeshDiff& diff) {
+  SortBySlot(log_.triangles);
+  for (const auto& [id, old] : log_.triangles) {
+    TriangleRecord& now = mesh_.triangles_[id.index()];
+    now.touched = false;
+    now.committed = now.live;
+    const auto before = CanonicalTriangle(old.vertices);
+    const auto after = CanonicalTriangle(now.vertices);
+    if (old.live && now.live && before == after && old.region == now.region) continue;
+    if (old.live) summary_.state_hash -= TriangleHash(id, before, old.region);
+    if (now.live) {
+      summary_.state_hash += TriangleHash(id, after, now.region);
+      diff.triangle_ids.push_back(id);
+      diff.triangle_vertices.push_back(after);
+      diff.triangle_regions.push_back(now.region);
+    } else if (old.live) {
+      diff.removed_triangles.push_back(id);
+    }
+  }
+}
+
+void MeshEdit::FoldEdges(MeshDiff& diff) {
+  SortBySlot(log_.edges);
+  for (const auto& [id, old] : log_.edges) {
+    EdgeRecord& now = mesh_.edges_[id.index()];
+    now.touched = false;
+    now.committed = now.live;
+    if (old.live && now.live && old.vertices == now.vertices && old.tag == now.tag) continue;
+    if (old.live) summary_.state_hash -= EdgeHash(id, old.vertices, old.tag);
+    if (now.live) {
+      summary_.state_hash += EdgeHash(id, now.vertices, now.tag);
+      diff.edge_ids.push_back(id);
+      diff.edge_vertices.push_back(now.vertices);
+      diff.edge_tags.push_back(now.tag);
+    } else if (old.live) {
+      diff.removed_edges.push_back(id);
+    }
+  }
+}
+
+void MeshEdit::Rollback() {
+  PLIANT_CHECK(logging());
+  const auto restore = [](auto& log, auto& records, SlotAllocator& allocator, std::int32_t slots) {
+    for (const auto& [id, old] : log) {
+      auto& now = records[id.index()];
+      if (now.live && !old.live) allocator.Free(id.value());
+      now = old;
+    }
+    allocator.Rollback(slots);
+    records.resize(static_cast<std::size_t>(slots));
+    log.clear();
+  };
+  restore(log_.vertices, mesh_.vertices_, mesh_.vertex_allocator_, log_.vertex_slots);
+  restore(log_.triangles, mesh_.triangles_, mesh_.triangle_allocator_, log_.triangle_slots);
+  restore(log_.edges, mesh_.edges_, mesh_.edge_allocator_, log_.edge_slots);
+}
+
+}  // namespace pliant

@@ -1,0 +1,106 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+
+#include "core/base/ids.h"
+#include "core/base/result.h"
+#include "core/geometry/domain.h"
+#include "core/geometry/mesh_data.h"
+#include "core/mesh/mesh.h"
+#include "core/mesh/mesh_diff.h"
+#include "core/metric/metric_spec.h"
+#include "core/pliant/options.h"
+#include "core/pliant/quality.h"
+
+namespace pliant {
+
+/// Why Remesher::Step returned.
+enum class StopReason {
+  kConverged,    ///< No node is active.
+  kVisitBudget,  ///< Budget::visits_max was used up; call Step again to go on.
+  kCancelled,    ///< Budget::cancel was set.
+  kVertexLimit,  ///< Ended, but insertions were refused at Options::vertices_max.
+  kVisitLimit,   ///< kPaper only: Options::visits_per_vertex_max was reached.
+};
+
+/// What happened since the last commit.
+struct Progress {
+  StopReason stop_reason = StopReason::kConverged;
+  std::int64_t active_count = 0;  ///< Nodes that still wait for a visit.
+  std::int64_t visits = 0;
+  std::int64_t moves = 0;
+  std::int64_t insertions = 0;
+  std::int64_t deletions = 0;
+  std::int64_t swaps = 0;
+  /// Nodes that came to rest by their age alone: spots where the metric cannot be met.
+  std::int64_t cooled_count = 0;
+};
+
+/// One persistent mesh that follows a metric: the engine of a session.
+///
+/// Life: Create, then Step until it has converged (or as long as wished) and Commit; after that any
+/// number of: updates (SetMetric, SetTensors), Step, Commit. Nothing is visible outside between
+/// commits; Rollback returns to the last commit.
+///
+/// *Invariants*: the mesh is a valid triangulation of the domain at every return (Validate).
+/// The same calls with the same arguments give the same bits, whatever the budgets of the single
+/// steps add up from.
+/// *Threads*: none of its own; one caller at a time.
+class Remesher {
+ public:
+  /// A session from a polygonal domain: its constrained Delaunay triangulation, every node active.
+  /// Errors: those of TriangulateDomain, MakeMetricField and kOutOfRange for options.
+  static Result<std::unique_ptr<Remesher>> Create(const Domain& domain, const MetricSpec& metric,
+                                                  const Options& options);
+
+  /// A session from an existing triangulation. Vertex and triangle i keep the numbers i as slots.
+  /// Constrained edges are the given ones and every edge on the boundary (tag 0 if not given).
+  /// Vertices where constrained edges meet at an angle, change tag or branch are fixed; the others
+  /// may slide along the straight line they lie on. Errors: those of ImportMesh.
+  static Result<std::unique_ptr<Remesher>> Create(const MeshData& mesh, const MetricSpec& metric,
+                                                  const Options& options);
+
+  ~Remesher();
+  Remesher(const Remesher&) = delete;
+  Remesher& operator=(const Remesher&) = delete;
+
+  /// Follows another metric from now on. Nodes whose tensor changes by more than
+  /// Options::metric_tolerance wake. An equal specification changes nothing and costs nothing.
+  /// On error everything stays as it was.
+  Status SetMetric(const MetricSpec& metric);
+
+  /// New tensors at some vertices; the others keep theirs. Between vertices the metric is
+  /// interpolated over the mesh as it is now. An empty `vertices` means all live vertices in
+  /// ascending order of slot. Errors: kArrayLength, kIndexOutOfRange (not a live vertex),
+  /// kDuplicateId, kNotFinite, kNotPositiveDefinite; index = position in the given span.
+  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors);
+
+  /// Runs the loop. Errors: kExpressionValue if the metric has no value where a node went; the
+  /// caller should then Rollback.
+  Result<Progress> Step(const Budget& budget);
+
+  /// Ends the update: the changes since the last commit as a diff, and a revision more. Allowed
+  /// while nodes are active; a later Step goes on with them.
+  /// @par Cost O(changed), but for the first commit, which also closes gaps in the numbering.
+  MeshDiff Commit();
+
+  /// Takes mesh, metric and loop back to the last commit, bit for bit. Before the first commit
+  /// there is nothing to go back to. @pre revision() != kNone
+  void Rollback();
+
+  [[nodiscard]] const Mesh& mesh() const;
+  /// The metric that the mesh follows, limits applied.
+  [[nodiscard]] const MetricField& field() const;
+  /// Of the last commit; kNone before the first.
+  [[nodiscard]] Revision revision() const;
+  [[nodiscard]] const Options& options() const;
+
+ private:
+  class Impl;
+  explicit Remesher(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pliant
