@@ -29,7 +29,8 @@ NOT_IN_CORE = re.compile(
 MAY_USE_LIBM = re.compile(r"core/(base/math|metric/expression)\.(h|cc)$")
 LIBM = re.compile(
     r"(?<![\w.:>])(?:std::|::)?((?:exp|exp2|expm1|log|log2|log10|log1p|sin|cos|tan|asin|acos|atan|"
-    r"atan2|sinh|cosh|tanh|asinh|acosh|atanh|pow|cbrt|hypot|erf|erfc|tgamma|lgamma)f?)\s*\(")
+    r"atan2|sinh|cosh|tanh|asinh|acosh|atanh|pow|cbrt|hypot|erf|erfc|tgamma|lgamma)f?)\s*"
+    r"\((?!\s*\))")
 
 # Everything that the top level may hold, besides files whose name starts with a dot.
 ROOT = {"CMakeLists.txt", "CMakePresets.json", "LICENSE", "README.md",

@@ -94,6 +94,7 @@ CLEAN = {
         {"core/base/math.cc": "double F(double x) { return std::exp(x); }\n"},
         {"core/mesh/a.cc": "// std::exp(x)\ndouble F(double x) { return std::sqrt(x) * Exp(x); }"},
         {"core/mesh/a.cc": "double F(const A& a) { return a.log() + a->exp() + A::pow(); }\n"},
+        {"core/mesh/a.h": HEADER + "struct A {\n  const Log& log() const { return log_; }\n};\n"},
     ],
     "no-exit": [{"server/a.cc": "void F() { OnExit(1); loop.exit(); }\n"}],
     "no-assert": [{"core/mesh/a.cc": "static_assert(sizeof(int) == 4);\n"}],
