@@ -7,7 +7,7 @@ include(CMakePackageConfigHelpers)
 
 # Libraries that others may link to, those that are part of this build.
 set(exported_targets pliant_compile_options)
-foreach(name IN ITEMS core proto client)
+foreach(name IN ITEMS core proto columns client)
   if(TARGET pliant_${name})
     list(APPEND exported_targets pliant_${name})
     set_target_properties(pliant_${name} PROPERTIES EXPORT_NAME ${name})

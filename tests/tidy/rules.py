@@ -211,7 +211,7 @@ def include_root(tree):
     """Quoted includes are relative to the root of the repository."""
     for path, text in sources(tree, is_cxx):
         for number, included, is_quoted in cxx.includes(text):
-            known = ("core/", "server/", "client/", "tests/", "pliant/v1/")
+            known = ("core/", "server/", "client/", "proto/", "tests/", "pliant/v1/")
             if is_quoted and not included.startswith(known):
                 yield Violation(path, number, f'"{included}" does not start at the root')
 
