@@ -4,6 +4,8 @@
 #include <utility>
 
 #include "client/io/file.h"
+#include "client/io/gmsh.h"
+#include "client/io/gmsh_writer.h"
 #include "client/io/medit.h"
 #include "client/io/sol.h"
 #include "client/io/triangle.h"
@@ -24,6 +26,14 @@ Error UnknownExtension(const std::string& path, const char* known) {
   return {.code = ErrorCode::kFileUnsupported,
           .message = path + ": the extension '" + Extension(path) + "' is none of " + known,
           .field = path};
+}
+
+// Gmsh's own names for its formats; without a number it means the newest.
+bool IsGmsh22(const std::string& extension) {
+  return extension == ".msh2" || extension == ".msh22";
+}
+bool IsGmsh41(const std::string& extension) {
+  return extension == ".msh" || extension == ".msh4" || extension == ".msh41";
 }
 
 Result<Geometry> ReadPoly(const std::string& path) {
@@ -97,7 +107,12 @@ Result<Geometry> ReadGeometry(const std::string& path) {
     PLIANT_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
     return InPath(path, ParseMedit(bytes));
   }
-  return UnknownExtension(path, ".poly .node .ele .mesh .meshb");
+  if (IsGmsh22(extension) || IsGmsh41(extension)) {
+    PLIANT_ASSIGN_OR_RETURN(const std::string bytes, ReadFile(path));
+    PLIANT_ASSIGN_OR_RETURN(GmshGeometry gmsh, InPath(path, ParseGmsh(bytes)));
+    return std::move(gmsh.geometry);
+  }
+  return UnknownExtension(path, ".poly .node .ele .mesh .meshb .msh");
 }
 
 Result<PointField> ReadField(const std::string& path) {
@@ -114,6 +129,8 @@ Status WriteMesh(const std::string& path, const MeshData& mesh,
   const std::string extension = Extension(path);
   PLIANT_RETURN_IF_ERROR(CheckLengths(mesh, fields));
   if (extension == ".vtu") return WriteFileAtomically(path, FormatVtu(mesh, fields));
+  if (IsGmsh22(extension)) return WriteFileAtomically(path, FormatGmsh22(mesh, fields));
+  if (IsGmsh41(extension)) return WriteFileAtomically(path, FormatGmsh41(mesh, fields));
   if (!fields.empty()) {
     return Error{.code = ErrorCode::kFileUnsupported,
                  .message = path +
@@ -124,7 +141,7 @@ Status WriteMesh(const std::string& path, const MeshData& mesh,
   if (extension == ".mesh") return WriteFileAtomically(path, FormatMedit(mesh));
   if (extension == ".meshb") return WriteFileAtomically(path, FormatMeditBinary(mesh));
   if (extension == ".node" || extension == ".ele") return WriteTriangleMesh(path, mesh);
-  return UnknownExtension(path, ".mesh .meshb .vtu .node .ele");
+  return UnknownExtension(path, ".mesh .meshb .msh .msh2 .vtu .node .ele");
 }
 
 Status WriteDomain(const std::string& path, const Domain& domain) {

@@ -38,9 +38,9 @@ class TemporaryFolder {
   std::string path_;
 };
 
-/// Runs a shell command and returns what it printed; fails the test if it fails.
+/// Runs a shell command and returns its standard output; fails the test if it fails.
 inline std::string Shell(const std::string& command) {
-  FILE* pipe = popen((command + " 2>&1").c_str(), "r");
+  FILE* pipe = popen(command.c_str(), "r");
   if (pipe == nullptr) {
     ADD_FAILURE() << "cannot run " << command;
     return {};
