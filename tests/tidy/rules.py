@@ -150,9 +150,9 @@ def client_layers(tree):
 
 
 def wire_and_core(tree):
-    """Only server/convert.* includes both wire types and core's (core/base is everyone's)."""
+    """Only server/convert*.* includes both wire types and core's (core/base is everyone's)."""
     for path, text in product_cxx(tree, ("server",)):
-        if path in ("server/convert.h", "server/convert.cc"):
+        if re.match(r"server/convert(_\w+)?\.(h|cc)$", path):
             continue
         included = list(cxx.includes(text))
         wire = [name for _, name, _ in included if name.startswith("pliant/v1/")]

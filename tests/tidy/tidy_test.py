@@ -87,7 +87,7 @@ CLEAN = {
     "core-layers": [{"core/mesh/a.cc": '#include "core/mesh/a.h"\n#include "core/base/b.h"\n'}],
     "core-includes": [{"core/mesh/a.cc": "#include <vector>\n// #include <iostream>\n"}],
     "wire-and-core": [
-        {"server/convert.cc": '#include "pliant/v1/a.pb.h"\n#include "core/mesh/mesh.h"\n'},
+        {"server/convert_array.cc": '#include "pliant/v1/a.pb.h"\n#include "core/mesh/mesh.h"\n'},
         {"server/service.cc": '#include "pliant/v1/a.pb.h"\n#include "core/base/result.h"\n'},
     ],
     "libm": [
