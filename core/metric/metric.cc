@@ -171,4 +171,20 @@ Metric Bound(const Metric& m, const SizeBounds& bounds) {
   return Compose(axes, low, high);
 }
 
+std::optional<Metric> AdmitTensor(const Metric& raw, const SizeBounds& bounds) {
+  constexpr double kEntryMax = 1e150;
+  constexpr double kZeroShare = 0x1p-40;
+  const auto is_measurable = [&](double entry) { return std::abs(entry) <= kEntryMax; };
+  if (!is_measurable(raw.m11) || !is_measurable(raw.m12) || !is_measurable(raw.m22)) return {};
+  if (!IsPositiveDefinite(raw)) {
+    const Eigenvalues eigenvalues = EigenvaluesOf(raw);
+    const bool is_semi_definite =
+        eigenvalues.high >= 0 && eigenvalues.low >= -kZeroShare * eigenvalues.high;
+    if (!is_semi_definite || bounds.size_max <= 0) return {};
+  }
+  const Metric bounded = Bound(raw, bounds);
+  if (!IsPositiveDefinite(bounded)) return {};
+  return bounded;
+}
+
 }  // namespace pliant

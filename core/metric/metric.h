@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cmath>
+#include <optional>
 
 #include "core/geometry/vec2.h"
 
@@ -132,5 +133,14 @@ struct SizeBounds {
 /// @pre IsPositiveDefinite(m); or m is any finite tensor and size_max > 0, which then stands in for
 ///      every eigenvalue that is too small, a negative one too.
 [[nodiscard]] Metric Bound(const Metric& m, const SizeBounds& bounds);
+
+/// What a tensor from outside asks for, bounds applied; nothing if it is no metric.
+///
+/// A metric is positive definite before and after it is bounded. With size_max > 0 a semi-definite
+/// tensor (a Hessian where the solution is straight in one direction, or in all) is one too: it
+/// gets size_max where it has no wish. An eigenvalue of -2^-40 times the other one or less in size
+/// counts as 0, because differences of computed entries leave that much; a truly negative one is
+/// refused, for no size belongs to it, and taking its absolute value is the sender's decision.
+[[nodiscard]] std::optional<Metric> AdmitTensor(const Metric& raw, const SizeBounds& bounds);
 
 }  // namespace pliant

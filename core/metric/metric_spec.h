@@ -41,16 +41,31 @@ struct BackgroundMetric {
 /// Everything that says which metric a session follows.
 struct MetricSpec {
   std::variant<ExpressionMetric, SizeMetric, BackgroundMetric> source = SizeMetric{"1"};
-  double time = 0;  ///< The value of t in expressions.
-  SizeBounds bounds;
+  double time = 0;  ///< The value of t in expressions, finite.
+  /// Sizes given here lie in [1e-70, 1e70].
+  SizeBounds bounds = {};
+
+  friend bool operator==(const MetricSpec&, const MetricSpec&) = default;
 };
 
 /// Builds the field that a specification describes, bounds applied.
 ///
-/// Expressions are parsed here, and tried at the corners and the centre of `box`, so that a
-/// mistake shows at once. Errors: kExpressionSyntax (index = position in the text),
-/// kNotFinite and kNotPositiveDefinite (index = first bad tensor), kArrayLength, kOutOfRange
-/// for bounds, and those of a bad background mesh; `field` starts with "metric.".
+/// An expression is parsed here and tried at the corners and the centre of `box`; if it has no
+/// usable value at any of them, that is a mistake and refused at once. A single bad corner is not,
+/// for it may lie outside the domain: what happens inside shows in MetricField::status.
+///
+/// What makes a tensor or a size usable, and what bounds.size_max does for semi-definite ones:
+/// core/metric/README.md.
+///
+/// @return the field, or the first error; `field` starts with "metric.":
+///         kExpressionSyntax and kTooLarge (index = position in the text), kExpressionValue;
+///         kArrayLength, kNotFinite, kNotPositiveDefinite for tensors (index = first bad one);
+///         kEmpty, kNotFinite, kIndexOutOfRange, kTriangleDegenerate, kTriangleOrientation,
+///         kNonManifoldEdge for a background mesh (index = first bad point or triangle; the
+///         other triangle at the edge in other_index); kOutOfRange for bounds and kNotFinite for
+///         the time. Overlapping triangles are not looked for: where they overlap, the value is
+///         that of one of them.
+/// @par Cost  parsing, or O(n log n) for n background triangles.
 [[nodiscard]] Result<std::unique_ptr<MetricField>> MakeMetricField(const MetricSpec& spec,
                                                                    const BoundingBox& box);
 

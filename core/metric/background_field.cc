@@ -1,0 +1,146 @@
+#include "core/metric/background_field.h"
+
+#include <algorithm>
+#include <array>
+#include <locale>
+#include <optional>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "core/geometry/predicates.h"
+
+namespace pliant {
+namespace {
+
+Error BadTriangle(ErrorCode code, std::size_t index, const std::string& what) {
+  return {.code = code,
+          .message = "triangle " + std::to_string(index) + " of the background mesh " + what,
+          .field = "metric.mesh.triangles",
+          .index = static_cast<std::int64_t>(index)};
+}
+
+Status CheckTriangle(const MeshData& mesh, std::size_t index) {
+  const auto& [a, b, c] = mesh.triangles[index];
+  for (const std::int32_t corner : {a, b, c}) {
+    if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.points.size()) {
+      return BadTriangle(ErrorCode::kIndexOutOfRange, index,
+                         "names point " + std::to_string(corner) + "; there are " +
+                             std::to_string(mesh.points.size()) + ", counted from 0");
+    }
+  }
+  const auto point = [&](std::int32_t i) { return mesh.points[static_cast<std::size_t>(i)]; };
+  const int side = Orient2d(point(a), point(b), point(c));
+  if (side == 0) return BadTriangle(ErrorCode::kTriangleDegenerate, index, "has no area");
+  if (side < 0) {
+    return BadTriangle(ErrorCode::kTriangleOrientation, index,
+                       "runs clockwise; list its corners counter-clockwise");
+  }
+  return {};
+}
+
+/// Refuses two triangles on the same side of an edge. Three triangles at an edge always have two.
+Status CheckEdges(const MeshData& mesh) {
+  struct Side {
+    std::int32_t from;
+    std::int32_t to;
+    std::size_t triangle;
+    auto operator<=>(const Side&) const = default;
+  };
+  std::vector<Side> sides;
+  sides.reserve(3 * mesh.triangles.size());
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    const auto& corners = mesh.triangles[i];
+    for (std::size_t k = 0; k < 3; ++k) sides.push_back({corners[k], corners[(k + 1) % 3], i});
+  }
+  std::ranges::sort(sides);
+  const auto clash = std::ranges::adjacent_find(
+      sides, [](const Side& a, const Side& b) { return a.from == b.from && a.to == b.to; });
+  if (clash == sides.end()) return {};
+  Error error = BadTriangle(ErrorCode::kNonManifoldEdge, clash->triangle,
+                            "and triangle " + std::to_string(std::next(clash)->triangle) +
+                                " lie on the same side of the edge between points " +
+                                std::to_string(clash->from) + " and " + std::to_string(clash->to));
+  error.other_index = static_cast<std::int64_t>(std::next(clash)->triangle);
+  return error;
+}
+
+Status CheckMesh(const MeshData& mesh) {
+  for (std::size_t i = 0; i < mesh.points.size(); ++i) {
+    if (!IsFinite(mesh.points[i])) {
+      return Error{.code = ErrorCode::kNotFinite,
+                   .message = "point " + std::to_string(i) +
+                              " of the background mesh has a coordinate that is NaN or infinite",
+                   .field = "metric.mesh.points",
+                   .index = static_cast<std::int64_t>(i)};
+    }
+  }
+  if (mesh.triangles.empty()) {
+    return Error{.code = ErrorCode::kEmpty,
+                 .message = "the background mesh has no triangles; it needs at least one",
+                 .field = "metric.mesh.triangles"};
+  }
+  for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    PLIANT_RETURN_IF_ERROR(CheckTriangle(mesh, i));
+  }
+  return CheckEdges(mesh);
+}
+
+Error BadTensor(ErrorCode code, std::size_t index, const std::string& what) {
+  return {.code = code,
+          .message = "tensor " + std::to_string(index) + " " + what,
+          .field = "metric.tensors",
+          .index = static_cast<std::int64_t>(index)};
+}
+
+Result<std::vector<LogMetric>> TakeLogs(const BackgroundMetric& metric, const SizeBounds& bounds) {
+  if (metric.tensors.size() != metric.mesh.points.size()) {
+    return Error{.code = ErrorCode::kArrayLength,
+                 .message = "the background mesh has " + std::to_string(metric.mesh.points.size()) +
+                            " points but " + std::to_string(metric.tensors.size()) +
+                            " tensors; expected one for each point",
+                 .field = "metric.tensors"};
+  }
+  std::vector<LogMetric> logs;
+  logs.reserve(metric.tensors.size());
+  for (std::size_t i = 0; i < metric.tensors.size(); ++i) {
+    const Metric& tensor = metric.tensors[i];
+    if (!IsFinite(tensor)) {
+      return BadTensor(ErrorCode::kNotFinite, i, "has an entry that is NaN or infinite");
+    }
+    const std::optional<Metric> admitted = AdmitTensor(tensor, bounds);
+    if (!admitted) {
+      const Eigenvalues eigenvalues = EigenvaluesOf(tensor);
+      std::ostringstream out;
+      out.imbue(std::locale::classic());
+      out << "with eigenvalues " << eigenvalues.low << " and " << eigenvalues.high
+          << " is not a metric; expected both positive (size_max replaces eigenvalues of 0)";
+      return BadTensor(ErrorCode::kNotPositiveDefinite, i, out.str());
+    }
+    logs.push_back(Log(*admitted));
+  }
+  return logs;
+}
+
+}  // namespace
+
+Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundMetric& metric,
+                                                               const SizeBounds& bounds) {
+  PLIANT_RETURN_IF_ERROR(CheckMesh(metric.mesh));
+  PLIANT_ASSIGN_OR_RETURN(std::vector<LogMetric> logs, TakeLogs(metric, bounds));
+  TriangleLocator locator(metric.mesh.points, metric.mesh.triangles);
+  return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
+}
+
+Metric BackgroundField::At(Vec2 p, std::int32_t& hint) const {
+  const Location location = locator_.Locate(p, hint);
+  hint = location.triangle;
+  const auto& corners = locator_.triangles()[static_cast<std::size_t>(location.triangle)];
+  LogMetric mean = location.weights[0] * logs_[static_cast<std::size_t>(corners[0])];
+  for (std::size_t k = 1; k < 3; ++k) {
+    mean = mean + location.weights[k] * logs_[static_cast<std::size_t>(corners[k])];
+  }
+  return Exp(mean);
+}
+
+}  // namespace pliant

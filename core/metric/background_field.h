@@ -1,0 +1,38 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/geometry/locate.h"
+#include "core/metric/metric.h"
+#include "core/metric/metric_field.h"
+#include "core/metric/metric_spec.h"
+
+namespace pliant {
+
+/// Tensors at the vertices of a triangulation, log-Euclidean in between: the exponential of the
+/// barycentric mean of their logarithms. [Arsigny2006]
+///
+/// Sizes in between are geometric means, so no bound that the vertices keep is broken, and the
+/// metric is continuous across edges. Outside, the value at the nearest point holds.
+/// *Invariants*: those of MetricField. *Threads*: one at a time.
+class BackgroundField final : public MetricField {
+ public:
+  /// Checks mesh and tensors, and bounds the tensors. Errors: those of MakeMetricField.
+  [[nodiscard]] static Result<std::unique_ptr<BackgroundField>> Make(const BackgroundMetric& metric,
+                                                                     const SizeBounds& bounds);
+
+  /// @par Cost  a walk of a few triangles from a good hint, two exponentials.
+  [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
+
+ private:
+  BackgroundField(TriangleLocator locator, std::vector<LogMetric> logs)
+      : locator_(std::move(locator)), logs_(std::move(logs)) {}
+
+  TriangleLocator locator_;
+  std::vector<LogMetric> logs_;
+};
+
+}  // namespace pliant

@@ -1,0 +1,122 @@
+#include "core/metric/expression_field.h"
+
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <locale>
+#include <sstream>
+#include <string>
+#include <utility>
+
+namespace pliant {
+namespace {
+
+/// An expression that belongs to a field of the request.
+Result<Expression> Parse(const std::string& text, const std::string& field) {
+  Result<Expression> expression = Expression::Parse(text);
+  if (expression.ok()) return expression;
+  Error error = expression.error();
+  error.message = field + ": " + error.message;
+  error.field = field;
+  return error;
+}
+
+/// A stream that writes numbers so that they can be read back, in no locale's way.
+std::ostringstream MessageAt(Vec2 p, double time) {
+  std::ostringstream out;
+  out.imbue(std::locale::classic());
+  out.precision(std::numeric_limits<double>::max_digits10);
+  out << "at the point (" << p.x << ", " << p.y << "), t = " << time << ", ";
+  return out;
+}
+
+class TensorField final : public ExpressionField {
+ public:
+  TensorField(std::array<Expression, 3> entries, const Settings& settings)
+      : ExpressionField(settings), entries_(std::move(entries)) {}
+
+ private:
+  Metric Raw(Vec2 p) const {
+    const double t = settings().time;
+    return {entries_[0].Evaluate(p, t), entries_[1].Evaluate(p, t), entries_[2].Evaluate(p, t)};
+  }
+
+  std::optional<Metric> Evaluate(Vec2 p) const override {
+    return AdmitTensor(Raw(p), settings().bounds);
+  }
+
+  Error Describe(Vec2 p) const override {
+    const Metric raw = Raw(p);
+    std::ostringstream out = MessageAt(p, settings().time);
+    out << "the tensor m11 = " << raw.m11 << ", m12 = " << raw.m12 << ", m22 = " << raw.m22;
+    if (!IsFinite(raw)) {
+      out << " is not finite";
+    } else {
+      const Eigenvalues eigenvalues = EigenvaluesOf(raw);
+      out << " with eigenvalues " << eigenvalues.low << " and " << eigenvalues.high
+          << " is not a metric: expected both positive, in [1e-150, 1e150] and near enough to each"
+             " other for doubles; size_max replaces eigenvalues of 0, anisotropy_max bounds their"
+             " ratio";
+    }
+    return {.code = ErrorCode::kExpressionValue, .message = out.str(), .field = "metric.m11"};
+  }
+
+  std::array<Expression, 3> entries_;
+};
+
+class SizeField final : public ExpressionField {
+ public:
+  SizeField(Expression size, const Settings& settings)
+      : ExpressionField(settings), size_(std::move(size)) {}
+
+ private:
+  std::optional<Metric> Evaluate(Vec2 p) const override {
+    double size = size_.Evaluate(p, settings().time);
+    const SizeBounds& bounds = settings().bounds;
+    if (!(size > 0)) return {};
+    if (bounds.size_max > 0) size = std::min(size, bounds.size_max);
+    if (bounds.size_min > 0) size = std::max(size, bounds.size_min);
+    const Metric metric = Metric::Isotropic(size);
+    if (!IsPositiveDefinite(metric)) return {};
+    return metric;
+  }
+
+  Error Describe(Vec2 p) const override {
+    std::ostringstream out = MessageAt(p, settings().time);
+    out << "the size is " << size_.Evaluate(p, settings().time)
+        << "; expected a positive length, in [1e-75, 1e75] (or infinity if size_max is given)";
+    return {.code = ErrorCode::kExpressionValue, .message = out.str(), .field = "metric.size"};
+  }
+
+  Expression size_;
+};
+
+}  // namespace
+
+Metric ExpressionField::At(Vec2 p, std::int32_t& /*hint*/) const {
+  if (const std::optional<Metric> metric = Evaluate(p)) return *metric;
+  if (!error_) error_ = Describe(p);
+  return settings_.fallback;
+}
+
+Status ExpressionField::status() const {
+  if (error_) return *error_;
+  return {};
+}
+
+Result<std::unique_ptr<ExpressionField>> MakeTensorField(
+    const ExpressionMetric& metric, const ExpressionField::Settings& settings) {
+  PLIANT_ASSIGN_OR_RETURN(Expression m11, Parse(metric.m11, "metric.m11"));
+  PLIANT_ASSIGN_OR_RETURN(Expression m12, Parse(metric.m12, "metric.m12"));
+  PLIANT_ASSIGN_OR_RETURN(Expression m22, Parse(metric.m22, "metric.m22"));
+  return std::unique_ptr<ExpressionField>(std::make_unique<TensorField>(
+      std::array{std::move(m11), std::move(m12), std::move(m22)}, settings));
+}
+
+Result<std::unique_ptr<ExpressionField>> MakeSizeField(const SizeMetric& metric,
+                                                       const ExpressionField::Settings& settings) {
+  PLIANT_ASSIGN_OR_RETURN(Expression size, Parse(metric.size, "metric.size"));
+  return std::unique_ptr<ExpressionField>(std::make_unique<SizeField>(std::move(size), settings));
+}
+
+}  // namespace pliant

@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "core/base/result.h"
+#include "core/geometry/domain.h"
+#include "core/metric/expression.h"
+#include "core/metric/metric.h"
+#include "core/metric/metric_field.h"
+#include "core/metric/metric_spec.h"
+
+namespace pliant {
+
+/// What the fields by expression share: the time, the bounds, and the rule that the first point
+/// without a usable value is remembered.
+class ExpressionField : public MetricField {
+ public:
+  struct Settings {
+    double time = 0;
+    SizeBounds bounds;
+    /// The answer where the expression has none.
+    Metric fallback;
+  };
+
+  [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const final;
+  [[nodiscard]] Status status() const final;
+
+  /// Forgets the error, after a trial at points that may lie outside the domain.
+  void ClearStatus() { error_.reset(); }
+
+ protected:
+  explicit ExpressionField(const Settings& settings) : settings_(settings) {}
+
+  [[nodiscard]] const Settings& settings() const { return settings_; }
+
+ private:
+  /// The bounded metric at p; nothing if the value there is not usable.
+  [[nodiscard]] virtual std::optional<Metric> Evaluate(Vec2 p) const = 0;
+  /// What is wrong at p, where Evaluate returned nothing.
+  [[nodiscard]] virtual Error Describe(Vec2 p) const = 0;
+
+  Settings settings_;
+  mutable std::optional<Error> error_;
+};
+
+/// Parses the three expressions; errors name "metric.m11", "metric.m12" or "metric.m22".
+[[nodiscard]] Result<std::unique_ptr<ExpressionField>> MakeTensorField(
+    const ExpressionMetric& metric, const ExpressionField::Settings& settings);
+
+/// Parses the expression; errors name "metric.size".
+[[nodiscard]] Result<std::unique_ptr<ExpressionField>> MakeSizeField(
+    const SizeMetric& metric, const ExpressionField::Settings& settings);
+
+}  // namespace pliant
