@@ -175,7 +175,7 @@ std::size_t NumberReader::Count(std::int64_t count, std::size_t element_size_min
   return elements;
 }
 
-void NumberReader::Fail(ErrorCode code, std::string message) {
+void NumberReader::Fail(ErrorCode code, const std::string& message) {
   if (error_.has_value()) return;
   // Positions are turned into line numbers here only, so that counting them costs nothing.
   const auto lines =

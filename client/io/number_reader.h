@@ -74,8 +74,8 @@ class NumberReader {
   std::size_t Count(std::int64_t count, std::size_t element_size_min);
 
   /// Records a failure at the present position unless there is one already.
-  void Fail(ErrorCode code, std::string message);
-  void FailSyntax(std::string message) { Fail(ErrorCode::kFileSyntax, std::move(message)); }
+  void Fail(ErrorCode code, const std::string& message);
+  void FailSyntax(const std::string& message) { Fail(ErrorCode::kFileSyntax, message); }
 
  private:
   void SkipBlanks();

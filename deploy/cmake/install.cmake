@@ -38,6 +38,8 @@ if(TARGET pliant_proto)
   install(DIRECTORY ${PROJECT_BINARY_DIR}/proto/
           DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/pliant FILES_MATCHING PATTERN *.pb.h
           PATTERN CMakeFiles EXCLUDE)
+  install(FILES ${PROJECT_SOURCE_DIR}/proto/columns.h
+          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/pliant/proto)
   install(DIRECTORY ${PROJECT_SOURCE_DIR}/proto/pliant
           DESTINATION ${CMAKE_INSTALL_DATADIR}/pliant/proto FILES_MATCHING PATTERN *.proto)
 endif()

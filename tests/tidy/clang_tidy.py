@@ -22,7 +22,7 @@ import time
 import cxx
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
-FOLDERS = ("core", "server", "client")
+FOLDERS = ("core", "proto", "server", "client")
 
 
 def commands(build, regex):

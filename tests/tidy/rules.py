@@ -64,7 +64,7 @@ def sources(tree, accept=is_source):
     return ((path, text) for path, text in sorted(tree.items()) if accept(path))
 
 
-def product_cxx(tree, folders=("core", "server", "client")):
+def product_cxx(tree, folders=("core", "proto", "server", "client")):
     return sources(tree, lambda path: is_cxx(path) and path.split("/")[0] in folders)
 
 
