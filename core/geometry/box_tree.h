@@ -25,9 +25,10 @@ class BoxTree {
 
   [[nodiscard]] bool empty() const { return nodes_.empty(); }
 
-  /// Calls visit(index) for every box that holds p, its border included, until visit says false.
+  /// Calls visit(index) for every box that has a point in common with `box`, borders included,
+  /// until visit says false. A box may be a single point.
   template <class Visit>
-  void ForEachAround(Vec2 p, Visit visit) const;
+  void ForEachMeeting(const BoundingBox& box, Visit visit) const;
 
   /// Calls visit(index) for boxes that may hold something nearer than what is known.
   ///
@@ -52,8 +53,8 @@ class BoxTree {
     std::int32_t index = 0;
   };
 
-  static bool Holds(const BoundingBox& box, Vec2 p) {
-    return box.low.x <= p.x && p.x <= box.high.x && box.low.y <= p.y && p.y <= box.high.y;
+  static bool Meet(const BoundingBox& a, const BoundingBox& b) {
+    return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y;
   }
   static double SquaredDistance(const BoundingBox& box, Vec2 p);
 
@@ -71,7 +72,7 @@ inline double BoxTree::SquaredDistance(const BoundingBox& box, Vec2 p) {
 }
 
 template <class Visit>
-void BoxTree::ForEachAround(Vec2 p, Visit visit) const {
+void BoxTree::ForEachMeeting(const BoundingBox& box, Visit visit) const {
   if (empty()) return;
   std::array<std::int32_t, kStackSize> stack;
   std::size_t depth = 0;
@@ -79,7 +80,7 @@ void BoxTree::ForEachAround(Vec2 p, Visit visit) const {
   while (depth > 0) {
     const auto at = static_cast<std::size_t>(stack[--depth]);
     const Node& node = nodes_[at];
-    if (!Holds(node.box, p)) continue;
+    if (!Meet(node.box, box)) continue;
     if (node.second != 0) {
       stack[depth++] = node.second;
       stack[depth++] = static_cast<std::int32_t>(at + 1);
@@ -87,7 +88,7 @@ void BoxTree::ForEachAround(Vec2 p, Visit visit) const {
     }
     for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
       const Item& item = items_[static_cast<std::size_t>(i)];
-      if (Holds(item.box, p) && !visit(item.index)) return;
+      if (Meet(item.box, box) && !visit(item.index)) return;
     }
   }
 }

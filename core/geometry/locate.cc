@@ -153,7 +153,7 @@ Location TriangleLocator::Canonical(Vec2 p, std::int32_t triangle) const {
 Location TriangleLocator::Search(Vec2 p) const {
   const BoxTree& tree = Tree();
   std::int32_t around = -1;
-  tree.ForEachAround(p, [&](std::int32_t t) {
+  tree.ForEachMeeting({p, p}, [&](std::int32_t t) {
     if (Contains(Corners(t), p)) around = t;
     return around < 0;
   });

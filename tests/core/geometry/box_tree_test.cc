@@ -21,26 +21,26 @@ std::vector<BoundingBox> RandomBoxes(int count, Rng& rng) {
   return boxes;
 }
 
-// Goal: exactly the boxes around a point, borders included, at every size of tree.
-TEST(BoxTree, FindsEveryBoxAroundAPoint) {
+// Goal: exactly the boxes that meet a box, borders included, at every size of tree.
+TEST(BoxTree, FindsEveryBoxThatMeetsABox) {
   Rng rng(40);
   for (int count : {1, 2, 4, 5, 9, 100, 1000}) {
     const std::vector<BoundingBox> boxes = RandomBoxes(count, rng);
     const BoxTree tree(boxes);
     for (int trial = 0; trial < 200; ++trial) {
-      const Vec2 p = {0.5 * static_cast<double>(rng.Below(100)), 1.0 * trial / 4};
+      BoundingBox asked = RandomBoxes(1, rng)[0];
+      if (trial % 2 == 0) asked.high = asked.low;
       std::vector<std::int32_t> found;
-      tree.ForEachAround(p, [&found](std::int32_t i) {
+      tree.ForEachMeeting(asked, [&found](std::int32_t i) {
         found.push_back(i);
         return true;
       });
       std::ranges::sort(found);
       std::vector<std::int32_t> want;
       for (std::size_t i = 0; i < boxes.size(); ++i) {
-        const auto& [low, high] = boxes[i];
-        if (low.x <= p.x && p.x <= high.x && low.y <= p.y && p.y <= high.y) {
-          want.push_back(static_cast<std::int32_t>(i));
-        }
+        const bool is_apart = boxes[i].high.x < asked.low.x || asked.high.x < boxes[i].low.x ||
+                              boxes[i].high.y < asked.low.y || asked.high.y < boxes[i].low.y;
+        if (!is_apart) want.push_back(static_cast<std::int32_t>(i));
       }
       ASSERT_EQ(found, want) << "seed 40, count " << count << ", trial " << trial;
     }
@@ -79,7 +79,7 @@ TEST(BoxTree, FindsTheNearestAndLooksAtFew) {
 TEST(BoxTree, IsEmptyWithoutBoxes) {
   const BoxTree tree;
   EXPECT_TRUE(tree.empty());
-  tree.ForEachAround({0, 0}, [](std::int32_t) {
+  tree.ForEachMeeting({}, [](std::int32_t) {
     ADD_FAILURE();
     return true;
   });

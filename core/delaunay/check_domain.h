@@ -1,0 +1,31 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/base/result.h"
+#include "core/geometry/domain.h"
+
+namespace pliant {
+
+/// What can be said about a domain by looking at its arrays: everything up to kDuplicateSegment.
+///
+/// @return the first error in the order of ErrorCode, at the lowest index.
+/// @par Cost  O(n log n).
+[[nodiscard]] Status CheckArrays(const Domain& domain);
+
+/// Looks for segments that cross or overlap, and for points inside segments.
+///
+/// Only called once it is known that there are some, to find the first: O(n log n) for segments
+/// of about equal length, O(n^2) at worst.
+/// @pre CheckArrays(domain).ok()
+[[nodiscard]] Status CheckSegments(const Domain& domain);
+
+/// "(0.1, 2)": the shortest digits that give the same doubles back.
+[[nodiscard]] std::string Text(Vec2 p);
+/// "point 3 at (0.1, 2)"
+[[nodiscard]] std::string PointText(const Domain& domain, std::int32_t point);
+/// "segment 7 from (0, 0) to (0.1, 2)"
+[[nodiscard]] std::string SegmentText(const Domain& domain, std::int32_t segment);
+
+}  // namespace pliant

@@ -1,0 +1,16 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/geometry/vec2.h"
+
+namespace pliant {
+
+/// The order in which points are inserted: rounds that double in size [Amenta2003], each along a
+/// Hilbert curve, so that the next point is near the last one and no input is a bad one.
+/// Deterministic: depends on the points only. Cost O(n log n).
+[[nodiscard]] std::vector<std::int32_t> InsertionOrder(std::span<const Vec2> points);
+
+}  // namespace pliant
