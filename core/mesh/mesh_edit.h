@@ -46,8 +46,8 @@ class MeshEdit {
   explicit MeshEdit(Mesh& mesh) : mesh_(mesh) {}
 
   /// Sets up a mesh from nothing: vertices with their positions, triangles with corners and
-  /// regions, constrained edges, segments. Vertices are fixed unless they have exactly two
-  /// constrained edges of one segment or none. Finds neighbours and pinched vertices.
+  /// regions, constrained edges, segments. Finds neighbours and pinched vertices; Fix must follow
+  /// for every vertex that has constrained edges other than two of one segment.
   /// @pre the mesh is empty; the arrays describe a conforming triangulation
   void Build(std::span<const Vec2> positions, std::span<const NewTriangle> triangles,
              std::span<const NewEdge> edges, std::span<const SegmentRecord> segments);
@@ -94,8 +94,9 @@ class MeshEdit {
   /// Takes every touched element back to its state at the last commit.
   /// @pre there was a commit
   void Rollback();
-  /// Renumbers live elements to 0..n-1 in order of slot. @pre nothing was committed yet
-  void Compact();
+  /// Renumbers live elements to 0..n-1 in order of slot. @return new slots by old vertex slot, none
+  /// for the dead. @pre nothing was committed yet
+  std::vector<VertexId> Compact();
 
   [[nodiscard]] const ChangeLog& log() const { return log_; }
   /// Of the last commit.

@@ -127,7 +127,7 @@ void MeshEdit::MarkPinched() {
   }
 }
 
-void MeshEdit::Compact() {
+std::vector<VertexId> MeshEdit::Compact() {
   PLIANT_CHECK(!logging());
   const std::vector<std::int32_t> vertices = DenseNumbers(mesh_.vertices_);
   const std::vector<std::int32_t> triangles = DenseNumbers(mesh_.triangles_);
@@ -155,6 +155,10 @@ void MeshEdit::Compact() {
   mesh_.vertex_allocator_.Reset(static_cast<std::int32_t>(mesh_.vertices_.size()));
   mesh_.triangle_allocator_.Reset(static_cast<std::int32_t>(mesh_.triangles_.size()));
   mesh_.edge_allocator_.Reset(static_cast<std::int32_t>(mesh_.edges_.size()));
+  std::vector<VertexId> new_ids;
+  new_ids.reserve(vertices.size());
+  for (const std::int32_t number : vertices) new_ids.emplace_back(number);
+  return new_ids;
 }
 
 }  // namespace pliant

@@ -187,4 +187,13 @@ std::optional<Metric> AdmitTensor(const Metric& raw, const SizeBounds& bounds) {
   return bounded;
 }
 
+double RelativeChange(const Metric& old, const Metric& now) {
+  const double determinant = Determinant(old);
+  const double mean =
+      (old.m22 * now.m11 - 2 * old.m12 * now.m12 + old.m11 * now.m22) / (2 * determinant);
+  const double product = Determinant(now) / determinant;
+  const double radius = std::sqrt(std::max(0.0, mean * mean - product));
+  return std::max(std::fabs(mean + radius - 1), std::fabs(mean - radius - 1));
+}
+
 }  // namespace pliant

@@ -120,6 +120,11 @@ struct LogMetric {
 /// simultaneous reduction. Symmetric only up to rounding. @pre both positive definite
 [[nodiscard]] Metric Intersect(const Metric& a, const Metric& b);
 
+/// How much `now` differs from `old`, whatever the units and axes: the largest |lambda - 1| over the
+/// eigenvalues of old^-1 now. 0.05 means that no squared length changed by more than 5 %.
+/// @pre both positive definite
+[[nodiscard]] double RelativeChange(const Metric& old, const Metric& now);
+
 /// Bounds on the sizes a metric asks for. A bound of 0 is absent.
 struct SizeBounds {
   double size_min = 0;  ///< hmin >= 0, domain units.

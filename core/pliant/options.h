@@ -46,8 +46,9 @@ struct Options {
   double step = 0;
 
   /// A node whose last step was shorter than this, in metric length, goes to sleep. Smaller gives
-  /// better meshes for more visits: 0.02 costs twice the visits of 0.05. In (0, 1).
-  double speed_threshold = 0.03;
+  /// better meshes for more visits: 0.02 costs twice the visits of 0.05. In (0, 1); 0 means 0.03
+  /// for kCooled and 0.02 for kPaper (the paper gives none).
+  double speed_threshold = 0;
 
   /// Cooling begins at this age (visits within one update) and the node rests at `age_max`. Below
   /// 30/80 a first build can stop before it has refined enough. 1 <= age_cooling < age_max <= 250.

@@ -6,6 +6,7 @@
 
 #include "core/geometry/mesh_data.h"
 #include "core/mesh/mesh.h"
+#include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_field.h"
 
 namespace pliant {

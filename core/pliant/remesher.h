@@ -11,31 +11,17 @@
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
+#include "core/pliant/loop.h"
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
 
 namespace pliant {
 
-/// Why Remesher::Step returned.
-enum class StopReason {
-  kConverged,    ///< No node is active.
-  kVisitBudget,  ///< Budget::visits_max was used up; call Step again to go on.
-  kCancelled,    ///< Budget::cancel was set.
-  kVertexLimit,  ///< Ended, but insertions were refused at Options::vertices_max.
-  kVisitLimit,   ///< kPaper only: Options::visits_per_vertex_max was reached.
-};
-
 /// What happened since the last commit.
 struct Progress {
   StopReason stop_reason = StopReason::kConverged;
   std::int64_t active_count = 0;  ///< Nodes that still wait for a visit.
-  std::int64_t visits = 0;
-  std::int64_t moves = 0;
-  std::int64_t insertions = 0;
-  std::int64_t deletions = 0;
-  std::int64_t swaps = 0;
-  /// Nodes that came to rest by their age alone: spots where the metric cannot be met.
-  std::int64_t cooled_count = 0;
+  LoopCounts counts;
 };
 
 /// One persistent mesh that follows a metric: the engine of a session.
@@ -62,6 +48,14 @@ class Remesher {
   static Result<std::unique_ptr<Remesher>> Create(const MeshData& mesh, const MetricSpec& metric,
                                                   const Options& options);
 
+  /// The same for a field of the caller's own instead of a specification.
+  static Result<std::unique_ptr<Remesher>> Create(const Domain& domain,
+                                                  std::unique_ptr<MetricField> field,
+                                                  const Options& options);
+  static Result<std::unique_ptr<Remesher>> Create(const MeshData& mesh,
+                                                  std::unique_ptr<MetricField> field,
+                                                  const Options& options);
+
   ~Remesher();
   Remesher(const Remesher&) = delete;
   Remesher& operator=(const Remesher&) = delete;
@@ -70,6 +64,9 @@ class Remesher {
   /// Options::metric_tolerance wake. An equal specification changes nothing and costs nothing.
   /// On error everything stays as it was.
   Status SetMetric(const MetricSpec& metric);
+
+  /// The same for a field of the caller's own; no two are ever equal.
+  Status SetField(std::unique_ptr<MetricField> field);
 
   /// New tensors at some vertices; the others keep theirs. Between vertices the metric is
   /// interpolated over the mesh as it is now. An empty `vertices` means all live vertices in
@@ -83,7 +80,9 @@ class Remesher {
 
   /// Ends the update: the changes since the last commit as a diff, and a revision more. Allowed
   /// while nodes are active; a later Step goes on with them.
-  /// @par Cost O(changed), but for the first commit, which also closes gaps in the numbering.
+  /// The first commit of a session from a domain also closes gaps in the numbering; the points of
+  /// the domain keep their numbers. @pre the last Step returned no error
+  /// @par Cost O(changed); the first O(mesh)
   MeshDiff Commit();
 
   /// Takes mesh, metric and loop back to the last commit, bit for bit. Before the first commit
@@ -100,6 +99,7 @@ class Remesher {
  private:
   class Impl;
   explicit Remesher(std::unique_ptr<Impl> impl);
+  static Result<std::unique_ptr<Remesher>> Wrap(Result<std::unique_ptr<Impl>> impl);
   std::unique_ptr<Impl> impl_;
 };
 

@@ -1,0 +1,253 @@
+#include "core/pliant/loop.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/geometry/predicates.h"
+#include "core/pliant/extent.h"
+#include "core/pliant/insert.h"
+#include "core/pliant/remove.h"
+#include "core/pliant/smooth.h"
+#include "core/pliant/snap.h"
+
+namespace pliant {
+namespace {
+
+/// A cancel shall take effect within milliseconds; a visit takes well under a microsecond.
+constexpr std::int64_t kVisitsBetweenPolls = 256;
+
+double DefaultStep(const Options& options) {
+  if (options.step > 0) return options.step;
+  return options.variant == Variant::kPaper ? 0.2 : 0.3;
+}
+
+double DefaultSpeedThreshold(const Options& options) {
+  if (options.speed_threshold > 0) return options.speed_threshold;
+  return options.variant == Variant::kPaper ? 0.02 : 0.03;
+}
+
+}  // namespace
+
+PliantLoop::PliantLoop(MeshEdit& edit, const Options& options)
+    : edit_(edit),
+      mesh_(edit.mesh()),
+      options_(options),
+      alpha_(DefaultStep(options)),
+      speed_threshold_(DefaultSpeedThreshold(options)),
+      flipper_(edit) {
+  state_.rng = Rng(options.seed);
+}
+
+void PliantLoop::BeginUpdate() {
+  ++state_.epoch;
+  state_.visits_in_update = 0;
+}
+
+StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
+  std::int64_t visits = 0;
+  const bool paper = options_.variant == Variant::kPaper;
+  while (!state_.queue.empty()) {
+    if (visits >= budget.visits_max) return StopReason::kVisitBudget;
+    if (budget.cancel != nullptr && visits % kVisitsBetweenPolls == 0 &&
+        budget.cancel->load(std::memory_order_relaxed)) {
+      return StopReason::kCancelled;
+    }
+    if (paper && state_.visits_in_update / options_.visits_per_vertex_max >=
+                     std::int64_t{mesh_.vertex_count()}) {
+      return StopReason::kVisitLimit;
+    }
+    const VertexId node = paper ? state_.queue.PopRandom(state_.rng) : state_.queue.PopFirst();
+    if (!mesh_.IsLive(node) || !mesh_.vertex(node).visit.active) continue;
+    VisitNode(field, node);
+    ++visits;
+    ++state_.counts.visits;
+    ++state_.visits_in_update;
+  }
+  return state_.counts.refused_at_limit > 0 ? StopReason::kVertexLimit : StopReason::kConverged;
+}
+
+void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
+  state_.queue.Transform([&](VertexId old) { return new_ids[old.index()]; });
+}
+
+PliantLoop::Heat PliantLoop::HeatOf(const VisitState& visit) const {
+  if (options_.variant == Variant::kPaper) return {1, 1, alpha_};
+  const double x = std::clamp(static_cast<double>(visit.age - options_.age_cooling) /
+                                  (options_.age_max - options_.age_cooling),
+                              0.0, 1.0);
+  return {1 - x, 1 + 2 * x, alpha_ * (1 - 0.8 * x)};
+}
+
+VisitState PliantLoop::CurrentVisit(VertexId node) const {
+  VisitState visit = mesh_.vertex(node).visit;
+  if (visit.epoch != state_.epoch) {
+    visit.epoch = state_.epoch;
+    visit.age = 0;
+    visit.hop = UINT8_MAX;
+  }
+  return visit;
+}
+
+void PliantLoop::Push(VertexId node, int hop) {
+  VisitState visit = CurrentVisit(node);
+  visit.hop = static_cast<std::uint8_t>(std::min<int>(visit.hop, hop));
+  const bool cooled_variant = options_.variant == Variant::kCooled;
+  if (cooled_variant && visit.hop > options_.hops_max) return;
+  const bool resting = cooled_variant && visit.age >= options_.age_max;
+  const bool enters = !visit.active && !resting;
+  if (enters) {
+    visit.active = true;
+    state_.queue.Push(node);
+  }
+  if (!(visit == mesh_.vertex(node).visit)) edit_.Visit(node) = visit;
+}
+
+void PliantLoop::PushRing(const Star& star, int hop) {
+  for (const VertexId neighbor : star.ring()) Push(neighbor, hop);
+}
+
+void PliantLoop::PushRing(VertexId node, int hop) {
+  star_.Gather(mesh_, node);
+  PushRing(star_, hop);
+}
+
+void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
+  VisitState visit = CurrentVisit(node);
+  visit.active = false;
+  if (options_.variant == Variant::kCooled) {
+    // Before anything else: the proof of termination needs new nodes to see the higher age.
+    ++visit.age;
+    if (visit.age >= options_.age_max) ++state_.counts.cooled;
+  }
+  edit_.Visit(node) = visit;
+  const Heat heat = HeatOf(visit);
+  if (mesh_.vertex(node).fixed) {
+    VisitGiven(field, node, heat);
+    return;
+  }
+  star_.Gather(mesh_, node);
+  const double speed = options_.permissions.move ? Move(field, heat.alpha) : 0;
+  if (options_.permissions.swap && Swap()) star_.Gather(mesh_, node);
+  if (options_.permissions.insert) {
+    if (TryDelete(heat)) return;
+    TryInsert(field, heat);
+  }
+  if (speed > speed_threshold_) {
+    Push(node, visit.hop);
+    PushRing(node, visit.hop + 1);
+  }
+}
+
+void PliantLoop::VisitGiven(const MetricField& field, VertexId node, const Heat& heat) {
+  // A given node neither moves nor goes, but its edges are split like any other's. A pinched one
+  // has several fans; each is looked at as if it were alone.
+  const std::size_t fan_count = FansOf(mesh_, node).size();
+  for (std::size_t fan = 0; fan < fan_count; ++fan) {
+    star_.Gather(mesh_, node, FansOf(mesh_, node)[fan]);
+    if (options_.permissions.swap && Swap()) {
+      star_.Gather(mesh_, node, FansOf(mesh_, node)[fan]);
+    }
+    if (options_.permissions.insert) TryInsert(field, heat);
+  }
+}
+
+double PliantLoop::Move(const MetricField& field, double alpha) {
+  const VertexId node = star_.center();
+  const Vec2 step = SmoothingStep(mesh_, node, star_.ring(), options_.smoothing, alpha);
+  if (!IsFinite(step)) return 0;
+  const double speed =
+      mesh_.vertex(node).edge.valid() ? MoveOnSegment(field, step) : MoveFree(field, step);
+  if (speed > 0) ++state_.counts.moves;
+  return speed;
+}
+
+double PliantLoop::MoveFree(const MetricField& field, Vec2 step) {
+  const VertexId node = star_.center();
+  const Vec2 target = mesh_.position(node) + step;
+  const double speed = std::sqrt(SquaredLength(mesh_.metric(node), step));
+  if (StaysPositive(target)) {
+    edit_.MoveVertex(node, target);
+  } else if (options_.variant != Variant::kPaper || !SnapToCrossedEdge(edit_, star_, target)) {
+    return 0;
+  } else {
+    star_.Gather(mesh_, node);
+  }
+  RefreshMetric(field, node);
+  return speed;
+}
+
+double PliantLoop::MoveOnSegment(const MetricField& field, Vec2 step) {
+  const VertexId node = star_.center();
+  const auto [before, after] = mesh_.SegmentEdges(node);
+  const EdgeRecord& edge = mesh_.edge(before);
+  const SegmentRecord& line = mesh_.segments()[static_cast<std::size_t>(edge.segment)];
+  const Vec2 direction = mesh_.position(line.b) - mesh_.position(line.a);
+  const Metric& metric = mesh_.metric(node);
+  const double squared = SquaredLength(metric, direction);
+  const double t = edge.parameters[1] + InnerProduct(metric, step, direction) / squared;
+  if (!(edge.parameters[0] < t && t < mesh_.edge(after).parameters[1])) return 0;
+  const double speed = std::fabs(t - edge.parameters[1]) * std::sqrt(squared);
+  if (!StaysPositive(mesh_.PointOnSegment(edge.segment, t))) return 0;
+  edit_.SlideVertex(node, t);
+  RefreshMetric(field, node);
+  return speed;
+}
+
+bool PliantLoop::StaysPositive(Vec2 center) const {
+  for (std::size_t k = 0; k < star_.triangles().size(); ++k) {
+    if (Orient2d(center, mesh_.position(star_.ring()[k]), mesh_.position(star_.ring_after(k))) <=
+        0) {
+      return false;
+    }
+  }
+  return true;
+}
+
+void PliantLoop::RefreshMetric(const MetricField& field, VertexId node) {
+  edit_.SetMetric(node, field.At(mesh_.position(node), edit_.Hint(node)));
+}
+
+bool PliantLoop::Swap() {
+  const std::int32_t swaps = flipper_.AroundMoved(star_);
+  state_.counts.swaps += swaps;
+  return swaps > 0;
+}
+
+bool PliantLoop::TryDelete(const Heat& heat) {
+  if (NodeExtent(mesh_, star_) >= heat.delete_below) return false;
+  const int hop = mesh_.vertex(star_.center()).visit.hop;
+  const std::optional<std::int32_t> swaps = RemoveNode(edit_, flipper_, star_);
+  if (!swaps) return false;
+  state_.counts.swaps += *swaps;
+  ++state_.counts.deletions;
+  PushRing(star_, hop + 1);
+  return true;
+}
+
+void PliantLoop::TryInsert(const MetricField& field, const Heat& heat) {
+  const SpokeExtent largest = LargestSpokeExtent(mesh_, star_);
+  if (!(largest.extent > heat.insert_above)) return;
+  if (mesh_.vertex_count() >= options_.vertices_max) {
+    ++state_.counts.refused_at_limit;
+    return;
+  }
+  const VertexId node = star_.center();
+  const VisitState visit = mesh_.vertex(node).visit;
+  const int far_age = CurrentVisit(star_.ring()[largest.spoke]).age;
+  const std::optional<Insertion> made = InsertOnSpoke(
+      edit_, flipper_, field, star_, largest.spoke,
+      options_.permissions.swap ? AfterInsertion::kSwapEdges : AfterInsertion::kLeaveEdges);
+  if (!made) return;
+  ++state_.counts.insertions;
+  state_.counts.swaps += made->swaps;
+  VisitState& born = edit_.Visit(made->vertex);
+  born.epoch = visit.epoch;
+  born.age = std::max(visit.age, static_cast<std::uint8_t>(far_age));
+  born.hop = visit.hop;
+  PLIANT_DCHECK(options_.variant == Variant::kPaper || born.age > visit.age - 1);
+  Push(made->vertex, visit.hop);
+  PushRing(made->vertex, visit.hop + 1);
+}
+
+}  // namespace pliant

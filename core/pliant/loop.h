@@ -1,0 +1,122 @@
+#pragma once
+
+#include <cstdint>
+
+#include "core/base/rng.h"
+#include "core/delaunay/metric_flip.h"
+#include "core/mesh/mesh_edit.h"
+#include "core/mesh/star.h"
+#include "core/metric/metric_field.h"
+#include "core/pliant/node_queue.h"
+#include "core/pliant/options.h"
+
+namespace pliant {
+
+/// Why a run of the loop ended.
+enum class StopReason {
+  kConverged,    ///< No node is active.
+  kVisitBudget,  ///< Budget::visits_max was used up; run again to go on.
+  kCancelled,    ///< Budget::cancel was set.
+  kVertexLimit,  ///< Ended, but insertions were refused at Options::vertices_max.
+  kVisitLimit,   ///< kPaper only: Options::visits_per_vertex_max was reached.
+};
+
+/// What the loop did, counted since it was last reset.
+struct LoopCounts {
+  std::int64_t visits = 0;
+  std::int64_t moves = 0;
+  std::int64_t insertions = 0;
+  std::int64_t deletions = 0;
+  std::int64_t swaps = 0;
+  /// Nodes that came to rest by their age alone: spots where the metric cannot be met.
+  std::int64_t cooled = 0;
+  /// Insertions refused at Options::vertices_max.
+  std::int64_t refused_at_limit = 0;
+
+  friend bool operator==(const LoopCounts&, const LoopCounts&) = default;
+};
+
+/// The pliant loop: visits active nodes, one at a time; a visit moves the node, swaps edges, and
+/// then deletes it or splits its largest edge. [BossenHeckbert1996, sec. 3]
+///
+/// Ends (Variant::kCooled) because a visit makes its node older, a new node is at least as old as
+/// the node whose visit made it is then, and nodes of age Options::age_max are not visited:
+/// core/README.md, "Why it ends".
+///
+/// *Invariants*: every triangle is positive after every visit. Active nodes of the mesh are in the
+/// queue.
+/// *Threads*: one caller at a time.
+class PliantLoop {
+ public:
+  PliantLoop(MeshEdit& edit, const Options& options);
+
+  /// Begins an update: ages and hops count from zero again.
+  void BeginUpdate();
+
+  /// Wakes a node because its own surroundings changed: hop 0.
+  void Wake(VertexId node) { Push(node, 0); }
+
+  /// Visits nodes until none is active or the budget is used up. The result does not depend on how
+  /// a run is cut into budgets.
+  StopReason Run(const MetricField& field, const Budget& budget);
+
+  /// The parts of the loop's state that the mesh does not hold, for a later Restore. Entries of the
+  /// queue are copied: O(active nodes), none after convergence.
+  struct State {
+    NodeQueue queue;
+    Rng rng{0};
+    std::uint32_t epoch = 0;
+    LoopCounts counts;
+    std::int64_t visits_in_update = 0;
+  };
+  [[nodiscard]] State Save() const { return state_; }
+  void Restore(State state) { state_ = std::move(state); }
+
+  [[nodiscard]] const LoopCounts& counts() const { return state_.counts; }
+  void ResetCounts() { state_.counts = {}; }
+  /// Nodes waiting, an upper bound while some have died in the queue.
+  [[nodiscard]] std::int64_t active_count() const {
+    return static_cast<std::int64_t>(state_.queue.size());
+  }
+  /// Gives the queue's nodes other slots, after MeshEdit::Compact.
+  void Renumber(std::span<const VertexId> new_ids);
+
+ private:
+  /// How warm a node is: thresholds and step shrink with its age, so that the last visits of a spot
+  /// that cannot be met only smooth.
+  struct Heat {
+    double delete_below = 1;
+    double insert_above = 1;
+    double alpha = 0;
+  };
+
+  [[nodiscard]] Heat HeatOf(const VisitState& visit) const;
+  [[nodiscard]] VisitState CurrentVisit(VertexId node) const;
+  void Push(VertexId node, int hop);
+  void PushRing(VertexId node, int hop);
+  void PushRing(const Star& star, int hop);
+
+  void VisitNode(const MetricField& field, VertexId node);
+  void VisitGiven(const MetricField& field, VertexId node, const Heat& heat);
+  /// @return metric length of the step taken, 0 if the node stayed.
+  double Move(const MetricField& field, double alpha);
+  double MoveFree(const MetricField& field, Vec2 step);
+  double MoveOnSegment(const MetricField& field, Vec2 step);
+  [[nodiscard]] bool StaysPositive(Vec2 center) const;
+  void RefreshMetric(const MetricField& field, VertexId node);
+  bool TryDelete(const Heat& heat);
+  void TryInsert(const MetricField& field, const Heat& heat);
+  /// Restores the Delaunay criterion around the star. @return true if the star is out of date.
+  bool Swap();
+
+  MeshEdit& edit_;
+  const Mesh& mesh_;
+  const Options options_;
+  const double alpha_;
+  const double speed_threshold_;
+  MetricFlipper flipper_;
+  Star star_;
+  State state_;
+};
+
+}  // namespace pliant

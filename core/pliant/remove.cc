@@ -1,0 +1,63 @@
+#include "core/pliant/remove.h"
+
+#include <algorithm>
+#include <vector>
+
+#include "core/pliant/retriangulate.h"
+
+namespace pliant {
+namespace {
+
+/// The ring from one of its vertices to another, counter-clockwise, both included.
+std::vector<VertexId> RingBetween(const Star& star, VertexId from, VertexId to) {
+  const std::vector<VertexId>& ring = star.ring();
+  std::vector<VertexId> part;
+  std::size_t k =
+      static_cast<std::size_t>(std::find(ring.begin(), ring.end(), from) - ring.begin());
+  for (;; k = (k + 1) % ring.size()) {
+    part.push_back(ring[k]);
+    if (ring[k] == to) return part;
+  }
+}
+
+/// The polygons that remain when the center goes: one, or one on each side of its segment.
+std::vector<std::vector<VertexId>> PolygonsOf(const Mesh& mesh, const Star& star) {
+  if (!mesh.vertex(star.center()).edge.valid() || !star.closed()) return {star.ring()};
+  const auto [before, after] = mesh.SegmentEdges(star.center());
+  const VertexId a = mesh.edge(before).vertices[0];
+  const VertexId b = mesh.edge(after).vertices[1];
+  return {RingBetween(star, a, b), RingBetween(star, b, a)};
+}
+
+/// The region of the star's triangle that begins at ring vertex `from`.
+std::int32_t RegionAfter(const Mesh& mesh, const Star& star, VertexId from) {
+  const auto k = static_cast<std::size_t>(std::find(star.ring().begin(), star.ring().end(), from) -
+                                          star.ring().begin());
+  return mesh.triangle(star.triangles()[k]).region;
+}
+
+}  // namespace
+
+std::optional<std::int32_t> RemoveNode(MeshEdit& edit, MetricFlipper& flipper, const Star& star) {
+  const Mesh& mesh = edit.mesh();
+  const VertexId center = star.center();
+  const Metric metric = mesh.metric(center);
+  std::vector<NewTriangle> triangles;
+  for (const std::vector<VertexId>& polygon : PolygonsOf(mesh, star)) {
+    if (polygon.size() < 3) return std::nullopt;
+    const auto part = CutEars(mesh, polygon, metric, RegionAfter(mesh, star, polygon.front()));
+    if (!part) return std::nullopt;
+    triangles.insert(triangles.end(), part->begin(), part->end());
+  }
+  if (mesh.vertex(center).edge.valid()) edit.MergeEdges(center);
+  edit.ReplaceCavity(star.triangles(), triangles);
+  edit.RemoveVertex(center);
+
+  // ReplaceCavity uses the cavity's slots in order.
+  const std::vector<TriangleId> made(
+      star.triangles().begin(),
+      star.triangles().begin() + static_cast<std::ptrdiff_t>(triangles.size()));
+  return flipper.Within(made, metric);
+}
+
+}  // namespace pliant
