@@ -1,0 +1,197 @@
+"""The connection to a server."""
+
+import weakref
+from dataclasses import dataclass
+from typing import Any, List, Mapping, Optional
+
+import grpc
+
+from pliant import arrays, errors, geometry, metric as metrics, options as opts
+from pliant.session import Session, call
+from pliant.v1 import metric_pb2, session_pb2, session_pb2_grpc
+
+_CONNECT_S_MAX = 10.0
+
+
+@dataclass(frozen=True)
+class SessionInfo:
+    """A session in a list.
+
+    Attributes:
+        session_id: its name.
+        revision: current revision; 0 before the first mesh.
+        vertex_count, triangle_count: size of its mesh.
+        active_count: vertices that its loop has not finished.
+        labels: as given when it was created.
+    """
+
+    session_id: str
+    revision: int
+    vertex_count: int
+    triangle_count: int
+    active_count: int
+    labels: Mapping[str, str]
+
+
+class Client:
+    """A connection to one server; made by `connect` and `start_local`.
+
+    Attributes:
+        address: of the server.
+        version: of the server, e.g. "0.1.0".
+        capabilities: names of optional things that the server has.
+        limits: limits of the server by name, e.g. "vertices".
+
+    Threads: may be used from several threads. Do not fork a process that has a client.
+    """
+
+    def __init__(self, address: str, server: Any = None):
+        self.address = address
+        self._server = server
+        self._channel = grpc.insecure_channel(address, options=_channel_options(address))
+        self._sessions = session_pb2_grpc.SessionServiceStub(self._channel)
+        self._open: weakref.WeakSet = weakref.WeakSet()
+        get_info = session_pb2_grpc.ServerServiceStub(self._channel).GetServerInfo
+        # A server that we have just started may need a moment more; any other one is there or not.
+        info = call(get_info, session_pb2.GetServerInfoRequest(), timeout=_CONNECT_S_MAX,
+                    wait_for_ready=server is not None)
+        self.version: str = info.version
+        self.capabilities = frozenset(info.capabilities)
+        self.limits = dict(info.limits)
+
+    def create_session(self, *, domain: Optional[geometry.Domain] = None, mesh: Any = None,
+                       metric: Any = None, session_id: str = "",
+                       labels: Optional[Mapping[str, str]] = None,
+                       advance: Optional[opts.Advance] = None, **options) -> Session:
+        """Creates a session and its first mesh.
+
+        Args:
+            domain: a `pliant.Domain` to be meshed; or
+            mesh: a `pliant.Mesh` (or the mesh of another session) to start from.
+            metric: required: a `pliant.metric`, or with `mesh` (n, 3) tensors m11, m12, m22 in
+                1 / (domain unit)^2, one row for each of its points.
+            session_id: wished name, 1 to 64 characters of [A-Za-z0-9_.-]. Default: the server
+                makes one.
+            labels: free text by key, at most 16.
+            advance: how long the first run may take. Default: until converged.
+            **options: h_min, h_max (or hmin, hmax), hgrad, anisotropy_max as in
+                `pliant.options.Limits`; seed, variant, smoothing, no_insert, no_swap, no_move and
+                so on as in `pliant.options.SessionOptions`.
+
+        Returns:
+            the session, at revision 1. As the target of `with` it is deleted at the end.
+
+        Raises:
+            InvalidInput: `field` and `index` name the first thing that is wrong, e.g. code
+                CROSSING_SEGMENTS, field "domain.segments", index and other_index the segments.
+            AlreadyExists: `session_id` is taken.
+        """
+        if (domain is None) == (mesh is None):
+            raise errors.InvalidInput("EMPTY", "give either a domain or a mesh", field="domain")
+        if domain is not None and not isinstance(domain, geometry.Domain):
+            raise errors.InvalidInput("ARRAY_TYPE", "domain must be a pliant.Domain; got "
+                                      f"{type(domain).__name__}", field="domain")
+        if metric is None:
+            raise errors.InvalidInput("EMPTY", "metric is required", field="metric")
+        limits, session_options = opts.split(options)
+        source = metrics.as_metric(metric)
+        if mesh is not None:
+            mesh = geometry.as_mesh(mesh)
+            if isinstance(source, metrics.Vertices) and source.vertex_ids is None:
+                arrays.check_rows("metric.vertices.tensors", source.tensors, len(mesh.points),
+                                  "point of the mesh")
+        elif isinstance(source, metrics.Vertices):
+            raise errors.InvalidInput("ARRAY_TYPE", "tensors belong to the vertices of a mesh; for "
+                                      "a domain use pliant.metric.background, expression or size",
+                                      field="metric")
+        sender = arrays.BlobSender()
+        message = session_pb2.CreateSession(
+            session_id=session_id, domain=domain and domain.to_wire(sender),
+            mesh=mesh and mesh.to_wire(sender), options=session_options.to_wire(), labels=labels,
+            metric=metric_pb2.MetricUpdate(sources=[source.to_wire(sender, 0)],
+                                           limits=limits.to_wire()))
+        session = self._session(self._upload(message, sender), is_owner=True)
+        try:
+            session.start(advance)
+        except BaseException:
+            session.delete()
+            raise
+        return session
+
+    def open_session(self, session_id: str) -> Session:
+        """Takes up a session that exists, with its present mesh.
+
+        Raises:
+            NotFound: there is none of that name.
+            SessionBusy: another client edits it.
+        """
+        session = self._session(session_id, is_owner=False)
+        session.start()
+        return session
+
+    def sessions(self) -> List[SessionInfo]:
+        """All sessions of the server, oldest first."""
+        found, token = [], ""
+        while True:
+            page = call(self._sessions.ListSessions,
+                        session_pb2.ListSessionsRequest(page_token=token))
+            found += [SessionInfo(one.session_id, one.revision, one.counts.vertex_count,
+                                  one.counts.triangle_count, one.active_count, dict(one.labels))
+                      for one in page.sessions]
+            token = page.next_page_token
+            if not token:
+                return found
+
+    def close(self) -> None:
+        """Ends the connection, and the server too if `start_local` started it."""
+        for session in list(self._open):
+            session.close()
+        self._channel.close()
+        if self._server is not None:
+            self._server.stop()
+
+    def __enter__(self) -> "Client":
+        return self
+
+    def __exit__(self, *exception) -> None:
+        self.close()
+
+    def __repr__(self):
+        return f"Client({self.address!r}, version {self.version})"
+
+    def _session(self, session_id, is_owner):
+        session = Session(self._sessions, session_id, is_owner)
+        self._open.add(session)
+        return session
+
+    def _upload(self, message, sender):
+        def requests():
+            for chunk in sender.take_chunks():
+                yield session_pb2.CreateSessionRequest(chunk=chunk)
+            yield session_pb2.CreateSessionRequest(create=message)
+
+        response = call(self._sessions.CreateSession, requests())
+        return response.session.session_id
+
+
+def connect(address: str = "localhost:7447") -> Client:
+    """Connects to a server.
+
+    Args:
+        address: "host:port", or "unix:/path/of/socket".
+
+    Raises:
+        Unavailable: no server answers there within 10 seconds.
+    """
+    try:
+        return Client(address)
+    except (errors.Unavailable, errors.DeadlineExceeded) as error:
+        raise errors.Unavailable(
+            "UNAVAILABLE", f"no pliantd answers at {address} ({error.message}); is it running? "
+            "pliant.start_local() starts a private one") from None
+
+
+def _channel_options(address):
+    """A proxy for the world outside must not come between a program and its own machine."""
+    is_local = address.startswith(("unix:", "localhost:", "127.", "[::1]:"))
+    return [("grpc.enable_http_proxy", 0)] if is_local else []

@@ -1,0 +1,78 @@
+"""What an advance changed."""
+
+from dataclasses import dataclass
+
+from pliant.replica import Change
+from pliant.v1 import edit_pb2
+
+
+@dataclass(frozen=True, eq=False)
+class Diff(Change):
+    """What an advance changed, and how it ended.
+
+    All arrays are read-only and sorted by slot; they look at the received bytes in place. Slots
+    that are not named are untouched, bit for bit. A slot that a removed element leaves may come
+    back in a later diff with another element.
+
+    Attributes:
+        base_revision, revision: the diff leads from one to the other. A base of 0 means that the
+            arrays hold the whole mesh (first diff of a session, or a new start after the
+            connection was lost).
+        removed_vertices, removed_triangles, removed_edges: (k,) int32 slots that are free now.
+        vertex_ids: (n,) int32 slots of new and moved vertices.
+        vertex_positions: (n, 2) float64, domain units.
+        triangle_ids: (n,) int32 slots of new and changed triangles.
+        triangle_vertices: (n, 3) int32 slots of their corners, counter-clockwise.
+        triangle_tags: (n,) int32.
+        edge_ids: (n,) int32 slots of new and changed constrained edges.
+        edge_vertices: (n, 2) int32 slots of their ends.
+        edge_tags: (n,) int32.
+        counts: live elements at `revision`: `counts.vertices`, `.triangles`, `.edges`.
+        state_hash: as proto/README.md defines it; the local copy has been compared with it.
+        stop_reason: "CONVERGED", "VISIT_BUDGET", "TIME_BUDGET", "CANCELLED", "VERTEX_LIMIT",
+            "VISIT_LIMIT" or "SERVER_CLOSING".
+        active_count: vertices that the loop has not finished; 0 if converged.
+        visit_count, move_count, insertion_count, deletion_count, swap_count: work of the loop.
+        cooled_count: vertices that came to rest by their age alone: the metric cannot be met there.
+        compute_us: time in the core, microseconds.
+        elapsed_us: from when the server got the advance to its commit, microseconds.
+    """
+
+    stop_reason: str
+    active_count: int
+    visit_count: int
+    move_count: int
+    insertion_count: int
+    deletion_count: int
+    swap_count: int
+    cooled_count: int
+    compute_us: int
+    elapsed_us: int
+
+    @property
+    def converged(self) -> bool:
+        """True if the loop finished: no vertex is active."""
+        return self.stop_reason == "CONVERGED"
+
+    @property
+    def empty(self) -> bool:
+        """True if the mesh is as before."""
+        return not any(map(len, (self.removed_vertices, self.removed_triangles, self.removed_edges,
+                                 self.vertex_ids, self.triangle_ids, self.edge_ids)))
+
+    def __repr__(self):
+        return (f"Diff({self.base_revision} -> {self.revision}, {self.stop_reason.lower()}: "
+                f"{len(self.vertex_ids)} vertices, {len(self.triangle_ids)} triangles written, "
+                f"{len(self.removed_vertices)}, {len(self.removed_triangles)} removed)")
+
+
+def make_diff(change: Change, advanced) -> Diff:
+    """The Diff for an applied change and the `AdvanceResult` message that came with it."""
+    reason = edit_pb2.StopReason.Name(advanced.stop_reason)
+    return Diff(
+        **vars(change), stop_reason=reason.removeprefix("STOP_REASON_"),
+        active_count=advanced.active_count, visit_count=advanced.visit_count,
+        move_count=advanced.move_count, insertion_count=advanced.insertion_count,
+        deletion_count=advanced.deletion_count, swap_count=advanced.swap_count,
+        cooled_count=advanced.cooled_count, compute_us=advanced.compute_us,
+        elapsed_us=advanced.elapsed_us)

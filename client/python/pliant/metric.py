@@ -1,0 +1,139 @@
+"""What mesh is wanted.
+
+A metric is a symmetric positive definite tensor field M in 1 / (domain unit)^2: an edge vector e
+has the wanted length if e' M e = 1. M = I / h^2 asks for edges of length h in every direction.
+Arrays of tensors have rows m11, m12, m22.
+
+>>> expression("1/0.05^2; 0; 1/0.2^2")
+Expression(m11='1/0.05^2', m12='0', m22='1/0.2^2')
+>>> size("0.1 + 0.2*x")
+Size(h='0.1 + 0.2*x')
+"""
+
+from dataclasses import dataclass
+from typing import Any, Optional
+
+import numpy as np
+
+from pliant import geometry
+from pliant.arrays import as_floats, as_integers, check_rows
+from pliant.errors import InvalidInput
+from pliant.v1 import metric_pb2
+
+
+class Metric:
+    """Base of all descriptions of a metric; `to_wire` gives the message."""
+
+
+@dataclass(frozen=True)
+class Expression(Metric):
+    """Three expressions in x, y (domain units) and t; see `expression`."""
+
+    m11: str
+    m12: str
+    m22: str
+
+    def to_wire(self, sender, revision):
+        del sender, revision
+        return metric_pb2.MetricSource(expression=metric_pb2.ExpressionMetric(
+            m11=self.m11, m12=self.m12, m22=self.m22))
+
+
+@dataclass(frozen=True)
+class Size(Metric):
+    """One expression for the wanted edge length; see `size`."""
+
+    h: str
+
+    def to_wire(self, sender, revision):
+        del sender, revision
+        return metric_pb2.MetricSource(size=metric_pb2.SizeMetric(size=self.h))
+
+
+class Background(Metric):
+    """Tensors at the vertices of another mesh; see `background`."""
+
+    def __init__(self, mesh: Any, tensors: Any):
+        self.mesh = geometry.as_mesh(mesh)
+        self.tensors: np.ndarray = as_floats("metric.background.tensors", tensors, 3)
+        check_rows("metric.background.tensors", self.tensors, len(self.mesh.points),
+                   "point of the background mesh")
+
+    def to_wire(self, sender, revision):
+        del revision
+        return metric_pb2.MetricSource(background=metric_pb2.BackgroundMetric(
+            mesh=self.mesh.to_wire(sender), tensors=sender.array(self.tensors)))
+
+
+class Vertices(Metric):
+    """Tensors at vertices of the session's own mesh; see `vertices`."""
+
+    def __init__(self, tensors: Any, vertex_ids: Any = None):
+        self.tensors: np.ndarray = as_floats("metric.vertices.tensors", tensors, 3)
+        self.vertex_ids: Optional[np.ndarray] = None
+        if vertex_ids is not None:
+            self.vertex_ids = as_integers("metric.vertices.vertex_ids", vertex_ids)
+            check_rows("metric.vertices.tensors", self.tensors, len(self.vertex_ids),
+                       "entry of vertex_ids")
+
+    def to_wire(self, sender, revision):
+        return metric_pb2.MetricSource(vertices=metric_pb2.VertexMetric(
+            revision=revision, vertex_ids=sender.array(self.vertex_ids),
+            tensors=sender.array(self.tensors)))
+
+
+def expression(tensor: str) -> Expression:
+    """A metric by expressions: "M11; M12; M22" in the variables x, y (domain units) and t.
+
+    Operators + - * / ^, comparisons, c ? a : b, and sqrt abs min max exp log sin cos tan atan2.
+    A text that does not parse is refused by the server: EXPRESSION_SYNTAX, `index` the position.
+    """
+    parts = [part.strip() for part in tensor.split(";")]
+    if len(parts) != 3 or not all(parts):
+        raise InvalidInput("EXPRESSION_SYNTAX", "metric.expression must be three expressions "
+                           f'"M11; M12; M22"; got {tensor!r}', field="metric.expression")
+    return Expression(*parts)
+
+
+def size(h: str) -> Size:
+    """An isotropic metric by one expression for the wanted edge length in domain units, > 0.
+
+    The same grammar as `expression`. A number serves as well: size(0.1).
+    """
+    return Size(h if isinstance(h, str) else repr(float(h)))
+
+
+def background(mesh: Any, tensors: Any) -> Background:
+    """Tensors at the points of another mesh, log-Euclidean in between.
+
+    Args:
+        mesh: a `pliant.Mesh`, or the mesh of a session. Outside it the value at its nearest point
+            holds.
+        tensors: (n, 3) m11, m12, m22 in 1 / (domain unit)^2, one row for each point of `mesh`.
+    """
+    return Background(mesh, tensors)
+
+
+def vertices(tensors: Any, vertex_ids: Any = None) -> Vertices:
+    """Tensors at vertices of the session's own mesh, log-Euclidean in between.
+
+    Args:
+        tensors: (k, 3) m11, m12, m22 in 1 / (domain unit)^2.
+        vertex_ids: (k,) slots (entries of `session.mesh.vertex_ids`), in any order, none twice;
+            the other vertices keep their metric. Default: all vertices, in the order of
+            `session.mesh.points`.
+    """
+    return Vertices(tensors, vertex_ids)
+
+
+def as_metric(value: Any, vertex_ids: Any = None) -> Metric:
+    """`value` as a metric: it is one, or tensors at vertices."""
+    if isinstance(value, Metric):
+        if vertex_ids is not None:
+            raise InvalidInput("ARRAY_TYPE", "vertex_ids go with tensors, not with a metric that "
+                               "covers the domain", field="metric")
+        return value
+    if isinstance(value, str):
+        raise InvalidInput("ARRAY_TYPE", "metric is a text; write pliant.metric.expression(...) or "
+                           "pliant.metric.size(...)", field="metric")
+    return Vertices(value, vertex_ids)

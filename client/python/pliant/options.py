@@ -1,0 +1,138 @@
+"""Options of a session, limits of its metric, and how long an advance may run."""
+
+from dataclasses import dataclass, fields
+from typing import Mapping, Optional
+
+from pliant.errors import InvalidInput
+from pliant.v1 import edit_pb2, metric_pb2, options_pb2
+
+# Names that users know from other remeshers.
+_ALIASES = {"hmin": "h_min", "hmax": "h_max"}
+
+_VARIANTS = {"cooled": options_pb2.VARIANT_COOLED, "paper": options_pb2.VARIANT_PAPER}
+_SMOOTHINGS = {
+    "pliant": options_pb2.SMOOTHING_PLIANT,
+    "laplacian": options_pb2.SMOOTHING_LAPLACIAN,
+    "lennard_jones": options_pb2.SMOOTHING_LENNARD_JONES,
+    "bubble": options_pb2.SMOOTHING_BUBBLE,
+}
+
+
+@dataclass(frozen=True)
+class Advance:
+    """How long one run of the loop may take. Without limits it runs until converged.
+
+    A run that hits its limit leaves a valid mesh, and another one goes on from there.
+
+    Attributes:
+        visits_max: at most this many visits of vertices, > 0.
+        time_ms_max: at most this long, in ms from when the server starts on it, > 0.
+    """
+
+    visits_max: Optional[int] = None
+    time_ms_max: Optional[int] = None
+
+    def to_wire(self):
+        """The message."""
+        return edit_pb2.Advance(budget_visits=self.visits_max, budget_ms=self.time_ms_max)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Limits on the metric as stated; None keeps the present value, 0 switches a limit off.
+
+    Attributes:
+        h_min: least wanted edge length, domain units.
+        h_max: greatest wanted edge length, domain units.
+        anisotropy_max: greatest ratio of the wanted lengths along and across, >= 1.
+        hgrad: greatest ratio of the wanted lengths of neighbouring edges, 1.1 to 3. Only when the
+            session is created.
+    """
+
+    h_min: Optional[float] = None
+    h_max: Optional[float] = None
+    anisotropy_max: Optional[float] = None
+    hgrad: Optional[float] = None
+
+    def to_wire(self):
+        """The message; None if nothing is set."""
+        if self == Limits():
+            return None
+        return metric_pb2.MetricLimits(size_min=self.h_min, size_max=self.h_max,
+                                       anisotropy_max=self.anisotropy_max, gradation=self.hgrad)
+
+
+@dataclass(frozen=True)
+class SessionOptions:
+    """How the loop works. None means the default, which serves nearly everybody.
+
+    Attributes:
+        seed: seed of every random choice; same input, options and seed: same mesh, bit for bit.
+        variant: "cooled" (default) or "paper" (the paper's loop to the letter).
+        smoothing: "pliant" (default), "laplacian", "lennard_jones" or "bubble".
+        no_insert: no vertex is inserted or deleted.
+        no_swap: no edge is swapped.
+        no_move: no vertex is moved.
+        step: step length of the smoothing, in (0, 1].
+        speed_threshold: a vertex sleeps once its step is shorter, in metric length, in (0, 1).
+        metric_tolerance: relative change of its metric below which a vertex sleeps on, 0 to 1.
+        hops_max: an update wakes vertices at most this many edges away from its changes, 1 to 250.
+        vertices_max: the mesh never has more vertices, 3 to 100,000,000.
+    """
+
+    seed: Optional[int] = None
+    variant: Optional[str] = None
+    smoothing: Optional[str] = None
+    no_insert: bool = False
+    no_swap: bool = False
+    no_move: bool = False
+    step: Optional[float] = None
+    speed_threshold: Optional[float] = None
+    metric_tolerance: Optional[float] = None
+    hops_max: Optional[int] = None
+    vertices_max: Optional[int] = None
+
+    def to_wire(self):
+        """The message."""
+        restrictions = [wire for is_wanted, wire in (
+            (self.no_insert, options_pb2.RESTRICTION_NO_INSERT),
+            (self.no_swap, options_pb2.RESTRICTION_NO_SWAP),
+            (self.no_move, options_pb2.RESTRICTION_NO_MOVE)) if is_wanted]
+        return options_pb2.SessionOptions(
+            seed=self.seed, variant=_choice("variant", self.variant, _VARIANTS),
+            smoothing=_choice("smoothing", self.smoothing, _SMOOTHINGS), step=self.step,
+            speed_threshold=self.speed_threshold, metric_tolerance=self.metric_tolerance,
+            hops_max=self.hops_max, vertices_max=self.vertices_max, restrictions=restrictions)
+
+
+def split(options: Mapping[str, object]):
+    """Keyword arguments as (Limits, SessionOptions). Raises TypeError for an unknown name."""
+    known = {cls: {field.name for field in fields(cls)} for cls in (Limits, SessionOptions)}
+    sorted_out = {Limits: {}, SessionOptions: {}}
+    for name, value in options.items():
+        canonical = _ALIASES.get(name, name)
+        cls = next((cls for cls, names in known.items() if canonical in names), None)
+        if cls is None:
+            every = sorted(known[Limits] | known[SessionOptions] | set(_ALIASES))
+            raise TypeError(f"unknown option {name!r}; the options are {', '.join(every)}")
+        if canonical in sorted_out[cls]:
+            raise TypeError(f"option {canonical!r} is given twice")
+        sorted_out[cls][canonical] = value
+    return Limits(**sorted_out[Limits]), SessionOptions(**sorted_out[SessionOptions])
+
+
+def make_limits(options: Mapping[str, object]) -> Limits:
+    """Keyword arguments as Limits. Raises TypeError for an unknown name."""
+    limits, others = split(options)
+    if others != SessionOptions():
+        raise TypeError(f"only limits can change later; got {', '.join(options)}")
+    return limits
+
+
+def _choice(name, value, choices):
+    if value is None:
+        return None
+    if value not in choices:
+        raise InvalidInput("OUT_OF_RANGE", f"{name} must be one of {', '.join(choices)}; "
+                           f"got {value!r}", field=f"options.{name}")
+    return choices[value]

@@ -1,0 +1,261 @@
+"""A session: one persistent mesh on the server, and its copy here."""
+
+import threading
+from typing import Any, List, Optional
+
+import grpc
+
+from pliant import arrays, diff, errors, metric as metrics, options as opts, quality, replica, stream
+from pliant.v1 import edit_pb2, metric_pb2, session_pb2
+
+
+class Session:
+    """One persistent mesh on the server, and a verified copy of it here.
+
+    Made by `Client.create_session` and `Client.open_session`. The mesh changes only by
+    `update_metric` and `advance`; each commits one revision and brings a `Diff`, which is already
+    applied to `mesh` when the call returns. A refused call leaves mesh and session as they were.
+
+    If the connection is lost during a call, the client connects again and asks for the answer;
+    nothing is applied twice. If that fails too, the call raises `Unavailable`, and later calls go
+    on where the session is.
+
+    Leaving a `with` block deletes a session that `create_session` made and closes one that
+    `open_session` opened. A session that is not deleted lives on in the server.
+
+    Threads: calls from several threads are taken one after the other.
+    """
+
+    def __init__(self, stub, session_id: str, is_owner: bool):
+        self._stub = stub
+        self._session_id = session_id
+        self._is_owner = is_owner
+        self._lock = threading.RLock()
+        self._mirror = replica.Replica()
+        self._changes: List[replica.Change] = []
+        self._stream: Optional[stream.EditStream] = None
+        self._was_open = False
+        self._last_update_id = 0
+        self._is_deleted = False
+
+    @property
+    def session_id(self) -> str:
+        """The name under which `Client.open_session` finds it again."""
+        return self._session_id
+
+    @property
+    def revision(self) -> int:
+        """Revision of `mesh`: it grows by one with every advance. 0: no mesh yet."""
+        return self._mirror.revision
+
+    @property
+    def mesh(self) -> replica.MeshView:
+        """The mesh of the current revision, numbered 0..n-1; the same object until it changes.
+
+        Raises:
+            FailedPrecondition: the session has no mesh yet.
+        """
+        with self._lock:
+            if self._mirror.revision == 0:
+                self._ensure_stream()
+            if self._mirror.revision == 0:
+                raise errors.FailedPrecondition(
+                    "REVISION_NOT_FOUND", "the session has no mesh yet; call advance() first")
+            return self._mirror.view()
+
+    def update_metric(self, metric: Any = None, vertex_ids: Any = None, *,
+                      time: Optional[float] = None, advance: Optional[opts.Advance] = None,
+                      **limits) -> diff.Diff:
+        """Changes the metric, lets the mesh follow, and returns what changed.
+
+        Only what the change affects is touched; the same metric again costs next to nothing and
+        brings an empty diff.
+
+        Args:
+            metric: (n, 3) tensors m11, m12, m22 in 1 / (domain unit)^2, row i at `mesh.points[i]`;
+                or (k, 3) together with `vertex_ids`; or a `pliant.metric`. None keeps the metric,
+                for a change of `time` or limits.
+            vertex_ids: (k,) slots, entries of `mesh.vertex_ids`, in any order, none twice; the
+                other vertices keep their metric.
+            time: value of t in expressions from now on.
+            advance: how long the loop may run. Default: until converged.
+            **limits: `h_min`, `h_max`, `anisotropy_max` as in `Client.create_session`, from now on.
+
+        Raises:
+            InvalidInput: NOT_POSITIVE_DEFINITE, NOT_FINITE, INDEX_OUT_OF_RANGE, DUPLICATE_ID,
+                ARRAY_LENGTH, EXPRESSION_SYNTAX and so on, `index` the first bad row as given.
+        """
+        with self._lock:
+            command = self._metric_command(metric, vertex_ids, time, limits)
+            return self._advance([command], advance)
+
+    def stage_metric(self, metric: Any = None, vertex_ids: Any = None, *,
+                     time: Optional[float] = None, **limits) -> None:
+        """Like `update_metric`, but the mesh waits for the next `advance`.
+
+        Several staged updates are committed together; where they overlap the later one wins. A
+        refused one empties the whole stage.
+        """
+        with self._lock:
+            command = self._metric_command(metric, vertex_ids, time, limits)
+            [answer] = self._run([command])
+            if answer.WhichOneof("event") == "rejected":
+                self._run([("discard", lambda _: edit_pb2.Discard())])
+                raise errors.from_detail(answer.rejected.error)
+
+    def advance(self, visits_max: Optional[int] = None,
+                time_ms_max: Optional[int] = None) -> diff.Diff:
+        """Commits what is staged and runs the loop until converged, or as long as allowed.
+
+        Args:
+            visits_max: at most this many visits of vertices, > 0.
+            time_ms_max: at most this long, in ms, > 0.
+        """
+        with self._lock:
+            return self._advance([], opts.Advance(visits_max, time_ms_max))
+
+    def quality(self) -> quality.Quality:
+        """Measures the mesh of the current revision against the metric that it follows."""
+        response = call(self._stub.GetQuality,
+                        session_pb2.GetQualityRequest(session_id=self._session_id))
+        return quality.from_wire(response.quality)
+
+    def download(self) -> replica.MeshView:
+        """The mesh afresh from the server, independent of the local copy.
+
+        `mesh` is the same, bit for bit, and costs nothing; this is for checks.
+        """
+        blobs, fresh = arrays.BlobReceiver(), replica.Replica()
+        try:
+            for response in self._stub.GetMesh(
+                    session_pb2.GetMeshRequest(session_id=self._session_id)):
+                if response.WhichOneof("message") == "chunk":
+                    blobs.add(response.chunk)
+                else:
+                    fresh.apply(replica.change_from_wire(response.snapshot, blobs,
+                                                         is_snapshot=True))
+        except grpc.RpcError as error:
+            raise errors.from_rpc(error) from None
+        return fresh.view()
+
+    def delete(self) -> None:
+        """Ends the session and frees what the server holds of it. Again: does nothing."""
+        with self._lock:
+            if self._is_deleted:
+                return
+            self.close()
+            call(self._stub.DeleteSession,
+                 session_pb2.DeleteSessionRequest(session_id=self._session_id))
+            self._is_deleted = True
+
+    def start(self, advance: Optional[opts.Advance] = None) -> None:
+        """Connects the local copy, and makes the first mesh if there is none. Used by `Client`."""
+        with self._lock:
+            self._ensure_stream()
+            if self._is_owner and self._mirror.revision == 0:
+                self._advance([], advance)
+
+    def close(self) -> None:
+        """Lets go of the session, which lives on in the server; another client may edit it."""
+        with self._lock:
+            if self._stream is not None:
+                self._stream.close()
+                self._stream = None
+
+    def __enter__(self) -> "Session":
+        return self
+
+    def __exit__(self, exception_type, *exception) -> None:
+        try:
+            if self._is_owner:
+                self.delete()
+            else:
+                self.close()
+        except errors.Error:
+            # The exception that ends the block says more than one from tidying up.
+            if exception_type is None:
+                raise
+
+    def __repr__(self):
+        counts = self._mirror.counts
+        return (f"Session({self._session_id!r}, revision {self.revision}, "
+                f"{counts.vertices} vertices, {counts.triangles} triangles)")
+
+    def _metric_command(self, metric, vertex_ids, time, limits):
+        limits_message = opts.make_limits(limits).to_wire()
+        if metric is None and time is None and limits_message is None:
+            raise errors.InvalidInput("EMPTY", "nothing to update: give a metric, time or a limit",
+                                      field="metric")
+        source = None if metric is None else metrics.as_metric(metric, vertex_ids)
+        if isinstance(source, metrics.Vertices) and source.vertex_ids is None:
+            arrays.check_rows("metric.vertices.tensors", source.tensors,
+                              self._mirror.counts.vertices, "vertex of the mesh")
+        # The revision that the caller has seen; if it is no longer the current one, the server
+        # refuses tensors that belong to it.
+        revision = self._mirror.revision
+
+        def make(sender):
+            message = metric_pb2.MetricUpdate(time=time, limits=limits_message)
+            if source is not None:
+                message.sources.append(source.to_wire(sender, revision))
+            return message
+
+        return "metric", make
+
+    def _advance(self, commands, advance):
+        advance = advance or opts.Advance()
+        answers = self._run(commands + [("advance", lambda _: advance.to_wire())])
+        for answer in answers:
+            if answer.WhichOneof("event") == "rejected":
+                raise errors.from_detail(answer.rejected.error)
+        advanced = answers[-1].advanced
+        change = self._changes[-1] if self._changes else None
+        if change is None or change.revision != advanced.revision:
+            raise errors.Error("PROTOCOL_ORDER", f"no diff came for revision {advanced.revision}")
+        return diff.make_diff(change, advanced)
+
+    def _run(self, commands):
+        """Answers to (name, function that makes the message) pairs, sent on the stream."""
+        self._changes.clear()
+        self._ensure_stream()
+        first = self._last_update_id + 1
+        numbered = [(first + i, *command) for i, command in enumerate(commands)]
+        self._last_update_id += len(numbered)
+        try:
+            return self._run_once(numbered)
+        except errors.Unavailable:
+            # Commands that the server has seen are answered again, not applied again.
+            self._ensure_stream()
+            return self._run_once(numbered)
+
+    def _run_once(self, numbered):
+        try:
+            return self._stream.run(numbered)
+        except BaseException:
+            # Also KeyboardInterrupt: answers to what was sent would be taken for later ones.
+            self._stream.cancel()
+            self._stream = None
+            raise
+
+    def _ensure_stream(self):
+        if self._is_deleted:
+            raise errors.NotFound("SESSION_NOT_FOUND", f"session {self._session_id!r} is deleted")
+        if self._stream is not None:
+            return
+        make = stream.reopen if self._was_open else stream.EditStream
+        self._stream = make(self._stub, self._session_id, self._mirror, self._changes)
+        opened = self._stream.opened
+        self._last_update_id = max(self._last_update_id, opened.last_update_id)
+        if not self._was_open and opened.staged_count:
+            # Left over by an editor that is gone; nobody here asked for it.
+            self._last_update_id += 1
+            self._run_once([(self._last_update_id, "discard", lambda _: edit_pb2.Discard())])
+        self._was_open = True
+
+
+def call(method, request, **options):
+    """A unary call; raises an Error instead of a grpc.RpcError."""
+    try:
+        return method(request, **options)
+    except grpc.RpcError as error:
+        raise errors.from_rpc(error) from None

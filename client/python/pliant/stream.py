@@ -1,0 +1,129 @@
+"""The edit stream of one session: requests go out, answers come in, the replica follows.
+
+Used by `Session` under its lock; nothing here is public.
+"""
+
+import queue
+import threading
+import time
+
+import grpc
+
+from pliant import arrays, errors, replica
+from pliant.v1 import edit_pb2
+
+# How long a session may still be busy with the connection that this client has just lost.
+_BUSY_S_MAX = 5.0
+# How long the server may take to end a stream that the client has closed.
+_CLOSE_S_MAX = 2.0
+
+
+class EditStream:
+    """One call of Edit, on a session whose copy is `mirror`; after an exception it is of no use.
+
+    Every change that comes is applied to `mirror` and appended to the list `changes`.
+    """
+
+    def __init__(self, stub, session_id, mirror, changes):
+        self._mirror = mirror
+        self._changes = changes
+        self._sender = arrays.BlobSender()
+        self._blobs = arrays.BlobReceiver()
+        self._closing = None
+        self._requests = queue.SimpleQueue()
+        self._call = stub.Edit(iter(self._requests.get, None))
+        self._requests.put(edit_pb2.EditRequest(open=edit_pb2.OpenEdit(
+            session_id=session_id, mirror_revision=mirror.revision)))
+        try:
+            response = self._receive()
+            self.opened = response.opened
+            while mirror.revision < response.revision:
+                self._receive()
+        except BaseException:
+            self.cancel()
+            raise
+
+    def run(self, commands):
+        """Sends `commands` and returns the answer to each, in order.
+
+        Args:
+            commands: (update_id, name of the command, function of a BlobSender that makes it).
+
+        """
+        for update_id, name, make in commands:
+            request = edit_pb2.EditRequest(update_id=update_id, **{name: make(self._sender)})
+            for chunk in self._sender.take_chunks():
+                self._requests.put(edit_pb2.EditRequest(chunk=chunk))
+            self._requests.put(request)
+        answers = {}
+        while len(answers) < len(commands):
+            response = self._receive()
+            if response.WhichOneof("event") in ("accepted", "rejected", "advanced"):
+                answers[response.update_id] = response
+        return [answers[update_id] for update_id, _, _ in commands]
+
+    def _receive(self):
+        """The next message that is neither a chunk nor a farewell; diffs are applied."""
+        while True:
+            try:
+                response = next(self._call)
+            except StopIteration:
+                raise self._closing or errors.Unavailable(
+                    "UNAVAILABLE", "the server ended the stream") from None
+            except grpc.RpcError as error:
+                raise self._closing or errors.from_rpc(error) from None
+            event = response.WhichOneof("event")
+            if event == "chunk":
+                self._blobs.add(response.chunk)
+            elif event == "closing":
+                self._closing = errors.from_detail(response.closing.error,
+                                                   grpc.StatusCode.UNAVAILABLE)
+            elif event in ("diff", "snapshot"):
+                change = replica.change_from_wire(getattr(response, event), self._blobs,
+                                                  is_snapshot=event == "snapshot")
+                self._mirror.apply(change)
+                self._changes.append(change)
+                return response
+            else:
+                return response
+
+    def close(self):
+        """Ends the call and waits until the server has let go of the session."""
+        self._requests.put(None)
+        timer = threading.Timer(_CLOSE_S_MAX, self._call.cancel)
+        timer.daemon = True
+        timer.start()
+        try:
+            for _ in self._call:
+                pass
+        except grpc.RpcError:
+            pass
+        finally:
+            timer.cancel()
+
+    def cancel(self):
+        """Ends the call at once, whatever it is doing."""
+        self._requests.put(None)
+        self._call.cancel()
+
+    def __del__(self):
+        # gRPC's thread that waits for requests would live for ever.
+        self._requests.put(None)
+
+
+def reopen(stub, session_id, mirror, changes):
+    """A new stream after the client lost the old one.
+
+    The server may notice later than the client that a connection is gone; until then the session
+    is busy with a stream that nobody reads.
+    """
+    deadline = time.monotonic() + _BUSY_S_MAX
+    pause_s = 0.01
+    while True:
+        try:
+            return EditStream(stub, session_id, mirror, changes)
+        except (errors.SessionBusy, errors.Unavailable):
+            if time.monotonic() + pause_s > deadline:
+                raise
+        time.sleep(pause_s)
+        pause_s = min(2 * pause_s, 0.5)
