@@ -3,13 +3,16 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
+#include <cstdint>
+#include <limits>
 #include <numbers>
 #include <set>
+#include <utility>
 #include <vector>
 
 #include "core/base/rng.h"
+#include "core/delaunay/check_domain.h"
 #include "tests/core/delaunay/check_triangulation.h"
 
 namespace pliant {
@@ -242,37 +245,61 @@ TEST(TriangulateDomain, RefusesBadDomainsPrecisely) {
   }
 }
 
-// Goal: crossings and points on segments are noticed wherever they are and in whatever order the
-// segments are inserted, and never where there is none.
-// Method: random segments in a lattice square, all pairs compared by brute force.
-TEST(TriangulateDomain, NoticesEveryClash) {
+// Five kinds of difficult points: lattices with exact and with rounded coordinates, a cluster a few
+// ulps wide, points within rounding of a line, and a strip of 10^12 : 1.
+Vec2 DifficultPoint(std::uint64_t kind, Rng& rng) {
+  const double i = static_cast<double>(rng.Below(8));
+  const double j = static_cast<double>(rng.Below(8));
+  switch (kind) {
+    case 0:
+      return {i, j};
+    case 1:
+      return {0.1 * i, 0.3 * j};
+    case 2:
+      return {1 + 0x1p-52 * i, 1 + 0x1p-52 * j};
+    case 3:
+      return rng.Unit() * Vec2{7, 3};
+    default:
+      return {rng.Uniform(0, 8), rng.Uniform(0, 1e-12)};
+  }
+}
+
+// Goal: on difficult input, every clash is noticed and nothing else is, and what is accepted is
+// triangulated.
+// Method: random segments, a third of the time with one more that may meet anything; whether
+// anything clashes is found by CheckSegments, which knows nothing of triangulations.
+TEST(TriangulateDomain, IsRightOnDifficultPoints) {
   Rng rng(54);
   int good_count = 0;
-  for (int trial = 0; trial < 400; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 54, trial " << trial);
-    Domain domain = delaunay_test::Lattice(6);
-    delaunay_test::AddRandomConstraints(domain, 6, rng);
-    bool is_good = true;
-    if (trial % 2 == 0) {
-      const auto a = static_cast<std::int32_t>(rng.Below(36));
-      const auto b = static_cast<std::int32_t>((a + 1 + static_cast<int>(rng.Below(35))) % 36);
-      const Vec2 p = domain.points[AsIndex(a)];
-      const Vec2 q = domain.points[AsIndex(b)];
-      for (const Segment& s : domain.segments) {
-        if (std::minmax(s.a, s.b) == std::minmax(a, b)) is_good = false;
-        if (CrossOrOverlap(p, q, domain.points[AsIndex(s.a)], domain.points[AsIndex(s.b)])) {
-          is_good = false;
-        }
-      }
-      for (Vec2 r : domain.points) is_good = is_good && !IsInsideSegment(p, q, r);
-      domain.segments.insert(domain.segments.begin() + static_cast<std::ptrdiff_t>(rng.Below(9)),
-                             {a, b, 0});
+  int bad_count = 0;
+  for (int trial = 0; trial < 1000; ++trial) {
+    SCOPED_TRACE(::testing::Message() << "seed 54, trial " << trial);
+    Domain domain = {.points = {{-4, -4}, {12, -4}, {12, 12}, {-4, 12}},
+                     .segments = {{0, 1}, {1, 2}, {2, 3}, {3, 0}},
+                     .holes = {},
+                     .regions = {}};
+    const std::uint64_t kind = rng.Below(5);
+    for (auto count = 4 + rng.Below(40); count > 0; --count) {
+      const Vec2 p = DifficultPoint(kind, rng);
+      if (std::ranges::find(domain.points, p) == domain.points.end()) domain.points.push_back(p);
     }
-    good_count += is_good ? 1 : 0;
-    ASSERT_EQ(TriangulateDomain(domain).ok(), is_good);
+    delaunay_test::AddRandomConstraints(domain, static_cast<int>(rng.Below(60)), rng);
+    const auto a = static_cast<std::int32_t>(rng.Below(domain.points.size()));
+    const auto b = static_cast<std::int32_t>(rng.Below(domain.points.size()));
+    if (trial % 3 == 0 && a != b) {
+      const auto at = static_cast<std::ptrdiff_t>(rng.Below(domain.segments.size()));
+      domain.segments.insert(domain.segments.begin() + at, {a, b, 0});
+    }
+    const bool is_good = CheckArrays(domain).ok() && CheckSegments(domain).ok();
+    ++(is_good ? good_count : bad_count);
+    const auto result = TriangulateDomain(domain);
+    ASSERT_EQ(result.ok(), is_good);
+    if (is_good) {
+      ASSERT_NO_FATAL_FAILURE(CheckTriangulation(domain, *result, 2 * 16 * 16));
+    }
   }
-  EXPECT_GT(good_count, 220);
-  EXPECT_LT(good_count, 380);
+  EXPECT_GT(good_count, 600);
+  EXPECT_GT(bad_count, 100);
 }
 
 }  // namespace
