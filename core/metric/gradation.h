@@ -1,0 +1,62 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/geometry/vec2.h"
+#include "core/metric/metric.h"
+
+namespace pliant {
+
+/// The edges of a mesh as a graph: the neighbours of vertex v are
+/// neighbors[offsets[v]] ... neighbors[offsets[v + 1] - 1], each edge from both its ends.
+struct VertexGraph {
+  std::vector<std::int32_t> offsets;  ///< One more than vertices.
+  std::vector<std::int32_t> neighbors;
+};
+
+/// The edges of triangles with corners in [0, vertex_count). @par Cost O(n log degree)
+[[nodiscard]] VertexGraph GraphOfTriangles(std::span<const std::array<std::int32_t, 3>> triangles,
+                                           std::int32_t vertex_count);
+
+/// How much a metric may change from place to place. Larger is looser, 0 is off.
+struct GradationOptions {
+  /// A size may grow by at most this factor over a distance of one wanted length: h_q is at most
+  /// h_p + ln(gradation) |pq|. 1.5 suits the pliant loop, 1.3 is mmg's hgrad, 2 the loosest that
+  /// keeps quality at jumps; >= 1, and at 1 nothing grows.
+  double gradation = 0;
+  /// How far the axes may turn over one long element, as a share of its thin size: the long size
+  /// at a front of radius r is at most sqrt(rotation * thin * r). 0.7 makes strongly curved fronts
+  /// meshable; 0.3 to 1.4 are sensible.
+  double rotation = 0;
+
+  friend constexpr bool operator==(const GradationOptions&, const GradationOptions&) = default;
+};
+
+/// What limiting did.
+struct LimitedMetrics {
+  std::vector<Metric> tensors;       ///< Per vertex; to the bit the raw one where nothing bit.
+  std::int64_t rotation_count = 0;   ///< Vertices whose long size the rotation limit shortened.
+  std::int64_t gradation_count = 0;  ///< Vertices that a neighbour's size made finer.
+  double size_ratio_max = 1;         ///< Largest raw size / limited size, in any direction.
+};
+
+/// Makes a raw metric one that a mesh can follow: each tensor as coarse as it may be, nowhere
+/// coarser than the raw one.
+///
+/// Two shortest-path problems over the edges, first of the thin sizes (each carries its axes along
+/// where the neighbour's own wish is weaker), then of the long ones; before and between them the
+/// rotation limit, which does not propagate. Unlike the intersection of tensors, this has one
+/// solution: it depends neither on the order of work nor on the numbering of vertices, to the bit.
+///
+/// @param points, tensors  one per vertex of `graph`; tensors positive definite.
+/// @par Accuracy  in every direction limited length >= (1 - 1e-9) raw length, while one raw radius
+///                is at most 1e4 times the other.
+/// @par Cost      O(n log n); below a microsecond per vertex.
+[[nodiscard]] LimitedMetrics LimitMetrics(const VertexGraph& graph, std::span<const Vec2> points,
+                                          std::span<const Metric> tensors,
+                                          const GradationOptions& options);
+
+}  // namespace pliant
