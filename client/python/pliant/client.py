@@ -6,7 +6,9 @@ from typing import Any, List, Mapping, Optional
 
 import grpc
 
-from pliant import arrays, errors, geometry, metric as metrics, options as opts
+from pliant import arrays, errors, geometry
+from pliant import metric as metrics
+from pliant import options as opts
 from pliant.session import Session, call
 from pliant.v1 import metric_pb2, session_pb2, session_pb2_grpc
 
@@ -98,7 +100,7 @@ class Client:
         if mesh is not None:
             mesh = geometry.as_mesh(mesh)
             if isinstance(source, metrics.Vertices) and source.vertex_ids is None:
-                arrays.check_rows("metric.vertices.tensors", source.tensors, len(mesh.points),
+                arrays.check_rows("metric.tensors", source.tensors, len(mesh.points),
                                   "point of the mesh")
         elif isinstance(source, metrics.Vertices):
             raise errors.InvalidInput("ARRAY_TYPE", "tensors belong to the vertices of a mesh; for "

@@ -40,6 +40,10 @@ class Error(Exception):
         parts = [self.code, where, self.message, self.reference and f"reference {self.reference}"]
         return ": ".join(part for part in parts if part)
 
+    def __reduce__(self):
+        # The default would call __init__ with the message alone, and a pool of workers would hang.
+        return _restore, (type(self), vars(self))
+
 
 class InvalidInput(Error, ValueError):
     """An argument is wrong: `field` and `index` say which and where. The session is unchanged."""
@@ -128,6 +132,11 @@ def from_rpc(rpc_error):
             if packed.Unpack(detail):
                 return from_detail(detail, status)
     return _CLASSES.get(status, Error)(status.name, rpc_error.details() or "no details")
+
+
+def _restore(cls, attributes):
+    attributes = dict(attributes)
+    return cls(attributes.pop("code"), attributes.pop("message"), **attributes)
 
 
 def first_row(mask):

@@ -78,8 +78,8 @@ class LocalServer:
         with open(self._log_path, "wb") as log:
             # -I -S: the guard needs nothing but the standard library, and starts in 10 ms.
             self._guard: Optional[subprocess.Popen] = subprocess.Popen(
-                [sys.executable or "python3", "-I", "-S", str(_GUARD), str(os.getpid()), self._folder, pliantd,
-                 "--listen", self.address, *arguments],
+                [sys.executable or "python3", "-I", "-S", str(_GUARD), str(os.getpid()),
+                 self._folder, pliantd, "--listen", self.address, *arguments],
                 stdin=subprocess.PIPE, stdout=log, stderr=log, start_new_session=True)
         self._socket = socket
         atexit.register(self.stop)

@@ -55,8 +55,8 @@ class Background(Metric):
 
     def __init__(self, mesh: Any, tensors: Any):
         self.mesh = geometry.as_mesh(mesh)
-        self.tensors: np.ndarray = as_floats("metric.background.tensors", tensors, 3)
-        check_rows("metric.background.tensors", self.tensors, len(self.mesh.points),
+        self.tensors: np.ndarray = as_floats("metric.tensors", tensors, 3)
+        check_rows("metric.tensors", self.tensors, len(self.mesh.points),
                    "point of the background mesh")
 
     def to_wire(self, sender, revision):
@@ -69,11 +69,11 @@ class Vertices(Metric):
     """Tensors at vertices of the session's own mesh; see `vertices`."""
 
     def __init__(self, tensors: Any, vertex_ids: Any = None):
-        self.tensors: np.ndarray = as_floats("metric.vertices.tensors", tensors, 3)
+        self.tensors: np.ndarray = as_floats("metric.tensors", tensors, 3)
         self.vertex_ids: Optional[np.ndarray] = None
         if vertex_ids is not None:
-            self.vertex_ids = as_integers("metric.vertices.vertex_ids", vertex_ids)
-            check_rows("metric.vertices.tensors", self.tensors, len(self.vertex_ids),
+            self.vertex_ids = as_integers("metric.vertex_ids", vertex_ids)
+            check_rows("metric.tensors", self.tensors, len(self.vertex_ids),
                        "entry of vertex_ids")
 
     def to_wire(self, sender, revision):

@@ -128,6 +128,8 @@ class _Column:
 
     def write(self, removed, ids, rows, tags):
         """Frees `removed`, writes the others; returns the change of the state hash."""
+        if not len(removed) and not len(ids) and not len(rows) and not len(tags):
+            return np.uint64(0)
         _check_ids(removed, len(self.live))
         _check_ids(ids, _SLOTS_MAX)
         if len(rows) != len(ids) or len(tags) != len(ids) or not self.live[removed].all():

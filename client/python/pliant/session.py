@@ -5,7 +5,9 @@ from typing import Any, List, Optional
 
 import grpc
 
-from pliant import arrays, diff, errors, metric as metrics, options as opts, quality, replica, stream
+from pliant import arrays, diff, errors, quality, replica, stream
+from pliant import metric as metrics
+from pliant import options as opts
 from pliant.v1 import edit_pb2, metric_pb2, session_pb2
 
 
@@ -188,7 +190,7 @@ class Session:
                                       field="metric")
         source = None if metric is None else metrics.as_metric(metric, vertex_ids)
         if isinstance(source, metrics.Vertices) and source.vertex_ids is None:
-            arrays.check_rows("metric.vertices.tensors", source.tensors,
+            arrays.check_rows("metric.tensors", source.tensors,
                               self._mirror.counts.vertices, "vertex of the mesh")
         # The revision that the caller has seen; if it is no longer the current one, the server
         # refuses tensors that belong to it.

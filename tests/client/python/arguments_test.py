@@ -1,6 +1,7 @@
 """What the package accepts and refuses before anything is sent."""
 
 import fractions
+import pickle
 
 import numpy as np
 import pytest
@@ -65,14 +66,14 @@ REFUSED = [
      "without"),
     (lambda: pliant.Mesh(TRIANGLE, [[0, 1, 2]], triangle_tags=[1, 2]), "ARRAY_LENGTH",
      "mesh.triangle_tags", "expected 1"),
-    (lambda: pliant.metric.vertices(np.ones((3, 4))), "ARRAY_LENGTH", "metric.vertices.tensors",
+    (lambda: pliant.metric.vertices(np.ones((3, 4))), "ARRAY_LENGTH", "metric.tensors",
      r"\(n, 3\)"),
     (lambda: pliant.metric.vertices(np.ones((3, 3)), [True, False, True]), "ARRAY_TYPE",
-     "metric.vertices.vertex_ids", "flatnonzero"),
+     "metric.vertex_ids", "flatnonzero"),
     (lambda: pliant.metric.vertices(np.ones((3, 3)), [1, 2]), "ARRAY_LENGTH",
-     "metric.vertices.tensors", "vertex_ids"),
+     "metric.tensors", "vertex_ids"),
     (lambda: pliant.metric.background(pliant.Mesh(TRIANGLE, [[0, 1, 2]]), np.ones((2, 3))),
-     "ARRAY_LENGTH", "metric.background.tensors", "expected 3"),
+     "ARRAY_LENGTH", "metric.tensors", "expected 3"),
     (lambda: pliant.metric.expression("1; 0"), "EXPRESSION_SYNTAX", "metric.expression", "M11"),
     (lambda: pliant.metric.background([1], np.ones((1, 3))), "ARRAY_TYPE", "mesh", "list"),
     (lambda: options.split({"variant": "papr"})[1].to_wire(), "OUT_OF_RANGE", "options.variant",
@@ -104,3 +105,10 @@ def test_options_have_the_names_that_users_know():
     with pytest.raises(TypeError, match="later"):
         options.make_limits({"seed": 1})
     assert options.Limits().to_wire() is None
+
+
+def test_errors_survive_pickling():
+    error = pliant.InvalidInput("NOT_FINITE", "bad", field="domain.points", index=3)
+    copy = pickle.loads(pickle.dumps(error))
+    assert type(copy) is pliant.InvalidInput and vars(copy) == vars(error)
+    assert str(copy) == "NOT_FINITE: domain.points[3]: bad"

@@ -7,6 +7,7 @@ scalar formula of proto/README.md: neither shares code with the package.
 
 import concurrent.futures
 import struct
+import threading
 
 import grpc
 import numpy as np
@@ -99,8 +100,9 @@ NOTHING = FakeMesh({}, {}, {})
 
 
 class FakeService(session_pb2_grpc.SessionServiceServicer):
-    """One session that plays `meshes`. `faults` are taken one for each advance: None, "hash",
-    "drop before" (the advance is lost) or "drop after" (its answer is lost, the diff came)."""
+    """One session that plays `meshes`. `faults` are taken one for each advance: None, "hash"
+    or "count" (the diff lies), "drop before" (the advance is lost), "drop after" (its answer is
+    lost, the diff came) or "hang" (it runs until the client leaves)."""
 
     def __init__(self, meshes, faults=(), chunk_bytes=65536):
         self.meshes = [NOTHING] + list(meshes)
@@ -111,6 +113,7 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
         self.applied = []
         self.received = {}
         self.deleted = False
+        self.is_hanging = threading.Event()
 
     def CreateSession(self, request_iterator, context):
         blobs = {}
@@ -149,6 +152,12 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
         fault = self.faults.pop(0) if self.faults else None
         if fault == "drop before":
             context.abort(grpc.StatusCode.UNAVAILABLE, "connection reset")
+        if fault == "hang":
+            left = threading.Event()
+            context.add_callback(left.set)
+            self.is_hanging.set()
+            left.wait()
+            return
         base, self.revision = self.revision, self.revision + 1
         self.applied.append(request.update_id)
         answer = self.answer(request, advanced=edit_pb2.AdvanceResult(

@@ -1,6 +1,9 @@
 """The edit stream and the replica against a scripted server: lost connections, wrong hashes."""
 
+import os
 import random
+import signal
+import threading
 
 import grpc
 import numpy as np
@@ -130,6 +133,25 @@ def test_a_lost_connection_applies_nothing_twice(start, fault):
     check_view(session.mesh, meshes[1])
     assert len(service.applied) == len(set(service.applied)) == 2
     assert session.advance().base_revision == 2
+
+
+def test_an_interrupt_leaves_a_session_that_works(start):
+    meshes = list(random_meshes(2))
+    service = FakeService(meshes, faults=[None, "hang"])
+    session = start(service)
+
+    def interrupt():
+        service.is_hanging.wait()
+        os.kill(os.getpid(), signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    with pytest.raises(KeyboardInterrupt):
+        session.advance()
+    thread.join()
+    check_view(session.mesh, meshes[0])
+    assert session.advance().revision == 2
+    check_view(session.mesh, meshes[1])
 
 
 def test_a_dead_server_is_unavailable(start, tmp_path, monkeypatch):
