@@ -31,8 +31,11 @@ endforeach()
 install(DIRECTORY ${PROJECT_SOURCE_DIR}/core/ DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/pliant/core
         FILES_MATCHING PATTERN *.h)
 if(TARGET pliant_client)
-  install(DIRECTORY ${PROJECT_SOURCE_DIR}/client/cpp/
-          DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/pliant/client/cpp FILES_MATCHING PATTERN *.h)
+  # The other headers of client/cpp are its own affair: they show the wire.
+  foreach(header IN ITEMS client.h mesh_replica.h session.h types.h)
+    install(FILES ${PROJECT_SOURCE_DIR}/client/cpp/${header}
+            DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/pliant/client/cpp)
+  endforeach()
 endif()
 if(TARGET pliant_proto)
   install(DIRECTORY ${PROJECT_BINARY_DIR}/proto/

@@ -1,0 +1,111 @@
+#include "client/cpp/client.h"
+
+#include <utility>
+
+#include "client/cpp/connection.h"
+#include "client/cpp/convert.h"
+#include "client/cpp/session_impl.h"
+
+namespace pliant::client {
+namespace {
+
+using CreateWriter = grpc::ClientWriter<v1::CreateSessionRequest>;
+
+v1::CreateSession CreateMessage(const Start& start, const MetricSpec& metric,
+                                const SessionSettings& settings, wire::ColumnWriter& columns) {
+  v1::CreateSession create;
+  create.set_session_id(settings.session_id);
+  if (const auto* domain = std::get_if<Domain>(&start)) {
+    *create.mutable_domain() = ToWire(*domain, columns);
+  } else {
+    *create.mutable_mesh() = ToWire(std::get<MeshData>(start), columns);
+  }
+  *create.mutable_metric() = ToWire(metric, columns);
+  SetGradation(settings.options, *create.mutable_metric());
+  *create.mutable_options() = ToWire(settings.options);
+  for (const auto& [key, value] : settings.labels) (*create.mutable_labels())[key] = value;
+  return create;
+}
+
+}  // namespace
+
+Client::Client(std::shared_ptr<Connection> connection) : connection_(std::move(connection)) {}
+
+Result<Client> Client::Connect(const std::string& address, const ConnectOptions& options) {
+  auto connection = std::make_shared<Connection>(address, options);
+  PLIANT_RETURN_IF_ERROR(connection->Handshake());
+  return Client(std::move(connection));
+}
+
+const std::string& Client::address() const { return connection_->address(); }
+const ServerInfo& Client::server_info() const { return connection_->server_info(); }
+
+Result<std::unique_ptr<Session>> Client::CreateSession(const Start& start, const MetricSpec& metric,
+                                                       const SessionSettings& settings) {
+  const auto context = ContextWithTimeout(connection_->options().transfer_timeout);
+  v1::CreateSessionResponse response;
+  const std::unique_ptr<CreateWriter> writer =
+      connection_->sessions().CreateSession(context.get(), &response);
+  // A failed write means that the server has answered already: Finish has the reason.
+  wire::ColumnWriter columns([&](v1::BlobChunk chunk) {
+    v1::CreateSessionRequest request;
+    *request.mutable_chunk() = std::move(chunk);
+    writer->Write(request);
+  });
+  v1::CreateSessionRequest request;
+  *request.mutable_create() = CreateMessage(start, metric, settings, columns);
+  writer->Write(request);
+  writer->WritesDone();
+  if (const auto status = writer->Finish(); !status.ok()) return CallError(*connection_, status);
+  return OpenSession(response.session().session_id(), settings.parts);
+}
+
+Result<std::unique_ptr<Session>> Client::OpenSession(const std::string& session_id, Parts parts) {
+  auto impl = std::make_unique<Session::Impl>(connection_, session_id, parts);
+  PLIANT_RETURN_IF_ERROR(impl->Open());
+  return std::unique_ptr<Session>(new Session(std::move(impl)));
+}
+
+Result<SessionInfo> Client::GetSession(const std::string& session_id) {
+  const auto context = ContextWithTimeout(connection_->options().call_timeout);
+  v1::GetSessionRequest request;
+  request.set_session_id(session_id);
+  v1::GetSessionResponse response;
+  const auto status = connection_->sessions().GetSession(context.get(), request, &response);
+  if (!status.ok()) return CallError(*connection_, status);
+  return FromWire(response.session());
+}
+
+Result<std::vector<SessionInfo>> Client::ListSessions() {
+  std::vector<SessionInfo> sessions;
+  v1::ListSessionsRequest request;
+  do {
+    const auto context = ContextWithTimeout(connection_->options().call_timeout);
+    v1::ListSessionsResponse response;
+    const auto status = connection_->sessions().ListSessions(context.get(), request, &response);
+    if (!status.ok()) return CallError(*connection_, status);
+    for (const v1::Session& session : response.sessions()) sessions.push_back(FromWire(session));
+    request.set_page_token(response.next_page_token());
+  } while (!request.page_token().empty());
+  return sessions;
+}
+
+Result<Revision> Client::DeleteSession(const std::string& session_id) {
+  const auto context = ContextWithTimeout(connection_->options().call_timeout);
+  v1::DeleteSessionRequest request;
+  request.set_session_id(session_id);
+  v1::DeleteSessionResponse response;
+  const auto status = connection_->sessions().DeleteSession(context.get(), request, &response);
+  if (!status.ok()) return CallError(*connection_, status);
+  return Revision{response.revision()};
+}
+
+Result<MeshReplica> Client::GetMesh(const std::string& session_id, Parts parts) {
+  return connection_->GetMesh(session_id, parts);
+}
+
+Result<Quality> Client::GetQuality(const std::string& session_id) {
+  return connection_->GetQuality(session_id);
+}
+
+}  // namespace pliant::client

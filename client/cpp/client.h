@@ -1,0 +1,63 @@
+#pragma once
+
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "client/cpp/mesh_replica.h"
+#include "client/cpp/session.h"
+#include "client/cpp/types.h"
+#include "core/base/result.h"
+#include "core/metric/metric_spec.h"
+#include "core/pliant/quality.h"
+
+namespace pliant::client {
+
+class Connection;
+
+/// A connection to a pliantd.
+///
+/// Errors of all calls: what the server refused, with code, field and indices as it saw them;
+/// kUnavailable if it cannot be reached; kDeadlineExceeded.
+/// *Threads*: any number. Copies share the connection, which lives as long as any of them or a
+/// Session.
+class Client {
+ public:
+  /// Connects and asks the server who it is.
+  ///
+  /// @param address  "localhost:7447", "unix:relative/path.sock" or "unix:///absolute/path.sock".
+  ///                 The connection is neither encrypted nor authenticated: use it on one machine,
+  ///                 or through a tunnel.
+  static Result<Client> Connect(const std::string& address, const ConnectOptions& options = {});
+
+  [[nodiscard]] const std::string& address() const;
+  [[nodiscard]] const ServerInfo& server_info() const;
+
+  /// Creates a session and opens it. It is at revision 0; the first Advance makes the first mesh.
+  /// The input is checked in full by the server. Errors: those of TriangulateDomain or of imported
+  /// meshes, MakeMetricField, options; kSessionExists, kResourceExhausted.
+  Result<std::unique_ptr<Session>> CreateSession(const Start& start, const MetricSpec& metric,
+                                                 const SessionSettings& settings = {});
+
+  /// Opens a session that exists; its replica starts with a snapshot. Fails with kSessionNotFound,
+  /// or kSessionBusy while another editor has it.
+  Result<std::unique_ptr<Session>> OpenSession(const std::string& session_id,
+                                               Parts parts = Parts::kMesh);
+
+  /// Fails with kSessionNotFound.
+  Result<SessionInfo> GetSession(const std::string& session_id);
+  /// All sessions, oldest first.
+  Result<std::vector<SessionInfo>> ListSessions();
+  /// Ends a session and frees what it holds; returns its last revision.
+  Result<Revision> DeleteSession(const std::string& session_id);
+
+  /// The mesh of the current revision. Fails with kRevisionNotFound before the first commit.
+  Result<MeshReplica> GetMesh(const std::string& session_id, Parts parts = Parts::kMesh);
+  Result<Quality> GetQuality(const std::string& session_id);
+
+ private:
+  explicit Client(std::shared_ptr<Connection> connection);
+  std::shared_ptr<Connection> connection_;
+};
+
+}  // namespace pliant::client

@@ -1,0 +1,110 @@
+#include "client/cpp/connection.h"
+
+#include <grpcpp/create_channel.h>
+#include <grpcpp/security/credentials.h>
+#include <grpcpp/support/channel_arguments.h>
+
+#include <utility>
+
+#include "client/cpp/convert.h"
+#include "client/cpp/grpc_error.h"
+
+namespace pliant::client {
+namespace {
+
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
+  grpc::ChannelArguments arguments;
+  // A proxy for the web, set in the environment, is not meant for a server on this machine.
+  arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
+  // A server that is restarted is found again within a second, not after minutes.
+  arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
+  arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
+  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+}
+
+}  // namespace
+
+Connection::Connection(std::string address, const ConnectOptions& options)
+    : address_(std::move(address)),
+      options_(options),
+      channel_(MakeChannel(address_)),
+      sessions_(v1::SessionService::NewStub(channel_)) {}
+
+Status Connection::Handshake() {
+  const auto deadline = std::chrono::system_clock::now() + options_.connect_timeout;
+  if (!channel_->WaitForConnected(deadline)) {
+    return Error{.code = ErrorCode::kUnavailable,
+                 .message = "no server answers at " + address_ +
+                            "; check the address and that pliantd runs there",
+                 .field = "address"};
+  }
+  const auto context = ContextWithTimeout(options_.connect_timeout);
+  v1::GetServerInfoResponse response;
+  const auto status =
+      v1::ServerService::NewStub(channel_)->GetServerInfo(context.get(), {}, &response);
+  if (!status.ok()) return CallError(*this, status);
+  server_info_.version = response.version();
+  server_info_.capabilities.assign(response.capabilities().begin(), response.capabilities().end());
+  for (const auto& [name, value] : response.limits()) server_info_.limits.emplace(name, value);
+  return {};
+}
+
+Result<MeshReplica> Connection::GetMesh(const std::string& session_id, Parts parts) {
+  const auto context = ContextWithTimeout(options_.transfer_timeout);
+  v1::GetMeshRequest request;
+  request.set_session_id(session_id);
+  if (parts == Parts::kMeshAndMetric) request.add_parts(v1::MESH_PART_METRIC);
+  const auto reader = sessions_->GetMesh(context.get(), request);
+
+  wire::ColumnReader columns(kBlobBytesMax);
+  MeshReplica replica;
+  v1::GetMeshResponse response;
+  bool complete = false;
+  Status received;
+  while (received.ok() && reader->Read(&response)) {
+    if (response.has_chunk()) {
+      received = columns.Add(response.chunk());
+    } else if (response.has_snapshot()) {
+      const Result<MeshDiff> snapshot = FromWire(response.snapshot(), columns);
+      received = snapshot.ok() ? replica.Reset(*snapshot) : Status(snapshot.error());
+      complete = true;
+    }
+  }
+  if (!received.ok()) {
+    context->TryCancel();
+    static_cast<void>(reader->Finish());  // What was received is the reason, not the cancel.
+    return received.error();
+  }
+  if (const auto status = reader->Finish(); !status.ok()) return CallError(*this, status);
+  if (!complete) {
+    return Error{.code = ErrorCode::kInternal,
+                 .message = "the server ended the download without a mesh"};
+  }
+  return replica;
+}
+
+Result<Quality> Connection::GetQuality(const std::string& session_id) {
+  const auto context = ContextWithTimeout(options_.transfer_timeout);
+  v1::GetQualityRequest request;
+  request.set_session_id(session_id);
+  v1::GetQualityResponse response;
+  const auto status = sessions_->GetQuality(context.get(), request, &response);
+  if (!status.ok()) return CallError(*this, status);
+  return FromWire(response.quality());
+}
+
+std::unique_ptr<grpc::ClientContext> ContextWithTimeout(std::chrono::milliseconds timeout) {
+  auto context = std::make_unique<grpc::ClientContext>();
+  context->set_deadline(std::chrono::system_clock::now() + timeout);
+  return context;
+}
+
+Error CallError(const Connection& connection, const grpc::Status& status) {
+  Error error = ErrorFromStatus(status);
+  if (error.code == ErrorCode::kUnavailable) {
+    error.message = connection.address() + ": " + error.message;
+  }
+  return error;
+}
+
+}  // namespace pliant::client

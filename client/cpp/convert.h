@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "client/cpp/types.h"
+#include "core/base/result.h"
+#include "core/mesh/mesh_diff.h"
+#include "core/metric/metric_spec.h"
+#include "core/pliant/quality.h"
+#include "pliant/v1/edit.pb.h"
+#include "pliant/v1/mesh.pb.h"
+#include "pliant/v1/metric.pb.h"
+#include "pliant/v1/options.pb.h"
+#include "pliant/v1/quality.pb.h"
+#include "pliant/v1/session.pb.h"
+#include "proto/columns.h"
+
+/// The one place of the client that sees wire and core types. To the wire: nothing is checked, the
+/// server does. From the wire: whatever does not fit the protocol is an error, never a crash.
+namespace pliant::client {
+
+[[nodiscard]] v1::Domain ToWire(const Domain& domain, wire::ColumnWriter& columns);
+[[nodiscard]] v1::MeshInput ToWire(const MeshData& mesh, wire::ColumnWriter& columns);
+
+/// A whole specification: on the server nothing of an earlier one is left but the gradation.
+[[nodiscard]] v1::MetricUpdate ToWire(const MetricSpec& metric, wire::ColumnWriter& columns);
+
+/// Tensors at vertices of one revision; an empty `vertices` means all live ones.
+struct VertexTensors {
+  Revision revision = Revision::kNone;
+  std::span<const VertexId> vertices;
+  std::span<const Metric> tensors;
+};
+[[nodiscard]] v1::MetricUpdate ToWire(const VertexTensors& update, wire::ColumnWriter& columns);
+
+/// Only what differs from the defaults, so that a server with tighter limits is not asked for more
+/// than the user did. The gradation is no part of it: see SetGradation.
+[[nodiscard]] v1::SessionOptions ToWire(const Options& options);
+/// On the wire the gradation is a limit of the metric; it can only be chosen at creation.
+void SetGradation(const Options& options, v1::MetricUpdate& metric);
+
+[[nodiscard]] v1::Advance ToWire(const AdvanceOptions& options);
+
+[[nodiscard]] Result<MeshDiff> FromWire(const v1::MeshDiff& diff, wire::ColumnReader& columns);
+/// As a diff from nothing.
+[[nodiscard]] Result<MeshDiff> FromWire(const v1::MeshSnapshot& snapshot,
+                                        wire::ColumnReader& columns);
+[[nodiscard]] Result<Quality> FromWire(const v1::QualityReport& report);
+[[nodiscard]] AdvanceReport FromWire(const v1::AdvanceResult& result);
+[[nodiscard]] AdvanceProgress FromWire(const v1::Progress& progress);
+[[nodiscard]] SessionInfo FromWire(const v1::Session& session);
+
+}  // namespace pliant::client

@@ -1,0 +1,242 @@
+#include "client/cpp/session.h"
+
+#include <algorithm>
+#include <thread>
+#include <utility>
+
+#include "client/cpp/convert.h"
+#include "client/cpp/grpc_error.h"
+#include "client/cpp/session_impl.h"
+
+namespace pliant::client {
+namespace {
+
+/// The stream that this client had before may take the server a moment to notice as closed. Eight
+/// tries with pauses that double make about a second.
+constexpr int kBusyTries = 8;
+constexpr std::chrono::milliseconds kBusyPause{4};
+
+Error NotOpen() {
+  return {.code = ErrorCode::kUnavailable,
+          .message = "the stream of this session is closed after an earlier error; call Reopen"};
+}
+
+Error OutOfOrder(const std::string& what) {
+  return {.code = ErrorCode::kProtocolOrder, .message = "the server sent " + what};
+}
+
+}  // namespace
+
+Session::Impl::Impl(std::shared_ptr<Connection> connection, std::string session_id, Parts parts)
+    : connection_(std::move(connection)), session_id_(std::move(session_id)), parts_(parts) {}
+
+Session::Impl::~Impl() { Close(); }
+
+Status Session::Impl::Open() {
+  Close();
+  Status status = OpenOnce();
+  auto pause = kBusyPause;
+  for (int tries = 1; tries < kBusyTries && !status.ok(); ++tries) {
+    if (status.error().code != ErrorCode::kSessionBusy) break;
+    std::this_thread::sleep_for(pause);
+    pause *= 2;
+    status = OpenOnce();
+  }
+  return status;
+}
+
+Status Session::Impl::OpenOnce() {
+  {
+    const std::lock_guard lock(write_mutex_);
+    context_ = std::make_unique<grpc::ClientContext>();
+    stream_ = connection_->sessions().Edit(context_.get());
+  }
+  // A failed write shows in the next Read, which has the reason.
+  writer_ = std::make_unique<wire::ColumnWriter>([this](v1::BlobChunk chunk) {
+    v1::EditRequest request;
+    *request.mutable_chunk() = std::move(chunk);
+    static_cast<void>(Write(request));
+  });
+  reader_ = std::make_unique<wire::ColumnReader>(kBlobBytesMax);
+
+  v1::EditRequest request;
+  v1::OpenEdit& open = *request.mutable_open();
+  open.set_session_id(session_id_);
+  open.set_mirror_revision(static_cast<std::int64_t>(replica_.revision()));
+  if (parts_ == Parts::kMeshAndMetric) open.add_parts(v1::MESH_PART_METRIC);
+  PLIANT_RETURN_IF_ERROR(Write(request));
+
+  PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse response, Read());
+  if (!response.has_opened()) {
+    return Abandon(OutOfOrder("something else than `opened` first"));
+  }
+  last_update_id_ = std::max(last_update_id_, response.opened().last_update_id());
+  while (static_cast<std::int64_t>(replica_.revision()) < response.revision()) {
+    PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse next, Read());
+    PLIANT_RETURN_IF_ERROR(Follow(next));
+  }
+  return {};
+}
+
+void Session::Impl::Close() {
+  const std::lock_guard lock(write_mutex_);
+  if (stream_ == nullptr) return;
+  stream_->WritesDone();
+  // Without this an advance that still runs would be waited for.
+  context_->TryCancel();
+  static_cast<void>(stream_->Finish());
+  stream_.reset();
+}
+
+Error Session::Impl::Abandon(Error error) {
+  Close();
+  return error;
+}
+
+Error Session::Impl::FinishError() {
+  const std::lock_guard lock(write_mutex_);
+  stream_->WritesDone();
+  const grpc::Status status = stream_->Finish();
+  stream_.reset();
+  if (!status.ok()) return CallError(*connection_, status);
+  return {.code = ErrorCode::kUnavailable,
+          .message = connection_->address() + ": the server has closed the session's stream; " +
+                     "call Reopen, or connect again later"};
+}
+
+Status Session::Impl::Write(const v1::EditRequest& request) {
+  {
+    const std::lock_guard lock(write_mutex_);
+    if (stream_ == nullptr) return NotOpen();
+    if (stream_->Write(request)) return {};
+  }
+  // What the server had sent before it ended the stream is of no use any more.
+  v1::EditResponse unread;
+  while (stream_->Read(&unread)) {
+  }
+  return FinishError();
+}
+
+Result<v1::EditResponse> Session::Impl::Read() {
+  if (stream_ == nullptr) return NotOpen();
+  v1::EditResponse response;
+  while (stream_->Read(&response)) {
+    if (response.has_closing()) {
+      return Abandon(ErrorFromDetail(response.closing().error()));
+    }
+    if (!response.has_chunk()) return response;
+    if (const Status status = reader_->Add(response.chunk()); !status.ok()) {
+      return Abandon(status.error());
+    }
+  }
+  return FinishError();
+}
+
+Status Session::Impl::Follow(const v1::EditResponse& response) {
+  if (!response.has_diff() && !response.has_snapshot()) return {};
+  const Result<MeshDiff> diff = response.has_diff() ? FromWire(response.diff(), *reader_)
+                                                    : FromWire(response.snapshot(), *reader_);
+  if (!diff.ok()) return Abandon(diff.error());
+  const Status status = response.has_diff() ? replica_.Apply(*diff) : replica_.Reset(*diff);
+  if (!status.ok()) return Abandon(status.error());
+  return {};
+}
+
+Status Session::Impl::Update(v1::EditRequest request) {
+  request.set_update_id(++last_update_id_);
+  PLIANT_RETURN_IF_ERROR(Write(request));
+  while (true) {
+    PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse response, Read());
+    PLIANT_RETURN_IF_ERROR(Follow(response));
+    if (response.update_id() != request.update_id()) continue;
+    if (response.has_accepted()) return {};
+    if (response.has_rejected()) return ErrorFromDetail(response.rejected().error());
+  }
+}
+
+Result<AdvanceReport> Session::Impl::Advance(const AdvanceOptions& options,
+                                             const OnProgress& on_progress) {
+  v1::EditRequest request;
+  request.set_update_id(++last_update_id_);
+  *request.mutable_advance() = ToWire(options);
+  if (on_progress) {
+    request.mutable_advance()->set_progress_interval_ms(options.progress_interval.count());
+  }
+  {
+    const std::lock_guard lock(write_mutex_);
+    advance_id_ = request.update_id();
+  }
+  const auto run = [&]() -> Result<AdvanceReport> {
+    PLIANT_RETURN_IF_ERROR(Write(request));
+    while (true) {
+      PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse response, Read());
+      PLIANT_RETURN_IF_ERROR(Follow(response));
+      if (response.update_id() != request.update_id()) continue;
+      if (response.has_progress() && on_progress) on_progress(FromWire(response.progress()));
+      if (response.has_advanced()) return FromWire(response.advanced());
+      if (response.has_rejected()) return ErrorFromDetail(response.rejected().error());
+    }
+  };
+  Result<AdvanceReport> report = run();
+  const std::lock_guard lock(write_mutex_);
+  advance_id_ = 0;
+  return report;
+}
+
+void Session::Impl::Cancel() {
+  const std::lock_guard lock(write_mutex_);
+  if (stream_ == nullptr || advance_id_ == 0) return;
+  v1::EditRequest request;
+  request.mutable_cancel()->set_advance_update_id(advance_id_);
+  stream_->Write(request);
+}
+
+Session::Session(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
+Session::~Session() = default;
+
+const std::string& Session::id() const { return impl_->id(); }
+const MeshReplica& Session::replica() const { return impl_->replica(); }
+
+Status Session::UpdateMetric(const MetricSpec& metric) {
+  if (!impl_->is_open()) return NotOpen();
+  v1::EditRequest request;
+  *request.mutable_metric() = ToWire(metric, impl_->columns());
+  return impl_->Update(std::move(request));
+}
+
+Status Session::UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
+  if (!impl_->is_open()) return NotOpen();
+  v1::EditRequest request;
+  const VertexTensors update{
+      .revision = impl_->replica().revision(), .vertices = vertices, .tensors = tensors};
+  *request.mutable_metric() = ToWire(update, impl_->columns());
+  return impl_->Update(std::move(request));
+}
+
+Status Session::Discard() {
+  v1::EditRequest request;
+  request.mutable_discard();
+  return impl_->Update(std::move(request));
+}
+
+Result<AdvanceReport> Session::Advance(
+    const AdvanceOptions& options, const std::function<void(const AdvanceProgress&)>& on_progress) {
+  return impl_->Advance(options, on_progress);
+}
+
+void Session::Cancel() { impl_->Cancel(); }
+
+Status Session::Reopen() { return impl_->Open(); }
+
+Status Session::Resync() {
+  impl_->ForgetReplica();
+  return impl_->Open();
+}
+
+Result<MeshReplica> Session::GetMesh() {
+  return impl_->connection().GetMesh(impl_->id(), Parts::kMesh);
+}
+
+Result<Quality> Session::GetQuality() { return impl_->connection().GetQuality(impl_->id()); }
+
+}  // namespace pliant::client

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/geometry/domain.h"
+#include "core/geometry/mesh_data.h"
+#include "core/mesh/mesh_diff.h"
+#include "core/pliant/options.h"
+
+namespace pliant::client {
+
+/// How long to wait for the server.
+struct ConnectOptions {
+  std::chrono::milliseconds connect_timeout{5'000};  ///< For the first answer of the server.
+  std::chrono::milliseconds call_timeout{30'000};    ///< For short calls.
+  /// For calls that carry or measure a whole mesh. Advances have no timeout of their own: see
+  /// AdvanceOptions::time_max.
+  std::chrono::milliseconds transfer_timeout{600'000};
+};
+
+/// What the server says about itself.
+struct ServerInfo {
+  std::string version;
+  std::vector<std::string> capabilities;       ///< Sorted as the server lists them.
+  std::map<std::string, std::int64_t> limits;  ///< By the names in server/limits.h.
+};
+
+/// Where a session's mesh starts: a polygonal domain, or an existing triangulation.
+using Start = std::variant<Domain, MeshData>;
+
+/// What comes with every diff besides the mesh itself.
+enum class Parts {
+  kMesh,           ///< Nothing.
+  kMeshAndMetric,  ///< The metric at vertices where it changed.
+};
+
+/// How a session is created.
+struct SessionSettings {
+  Options options;
+  std::string session_id;                     ///< Wished id; empty: the server makes one.
+  std::map<std::string, std::string> labels;  ///< Free text, at most 16 pairs.
+  Parts parts = Parts::kMesh;
+};
+
+enum class SessionState { kIdle, kRunning, kAsleep };
+
+/// A session in short.
+struct SessionInfo {
+  std::string session_id;
+  Revision revision = Revision::kNone;
+  SessionState state = SessionState::kIdle;
+  MeshSummary summary;  ///< All 0 before the first commit.
+  std::int64_t active_count = 0;
+  std::int64_t last_update_id = 0;
+  std::chrono::system_clock::time_point create_time;
+  std::chrono::system_clock::time_point commit_time;
+  std::map<std::string, std::string> labels;
+  std::int64_t memory_bytes = 0;
+};
+
+/// How far one advance may go. Without limits it runs until converged.
+struct AdvanceOptions {
+  std::optional<std::int64_t> visits_max;             ///< > 0.
+  std::optional<std::chrono::milliseconds> time_max;  ///< > 0; from when the server starts.
+  std::chrono::milliseconds progress_interval{100};   ///< >= 10 ms; only with a callback.
+};
+
+/// How a running advance is doing.
+struct AdvanceProgress {
+  std::int64_t active_count = 0;  ///< Vertices that still wait for a visit.
+  std::int64_t visits = 0;
+  std::int64_t vertex_count = 0;
+  std::chrono::milliseconds elapsed{0};
+};
+
+/// Why an advance ended. After all but kConverged, kVertexLimit and kVisitLimit another advance
+/// goes on where it stopped.
+enum class AdvanceStop {
+  kConverged,      ///< No vertex is active.
+  kVisitBudget,    ///< AdvanceOptions::visits_max.
+  kTimeBudget,     ///< AdvanceOptions::time_max.
+  kCancelled,      ///< Session::Cancel.
+  kVertexLimit,    ///< Ended, but insertions were refused at Options::vertices_max.
+  kVisitLimit,     ///< Variant::kPaper: Options::visits_per_vertex_max.
+  kServerClosing,  ///< The server shuts down.
+};
+
+/// What an advance did.
+struct AdvanceReport {
+  Revision base_revision = Revision::kNone;
+  Revision revision = Revision::kNone;
+  AdvanceStop stop = AdvanceStop::kConverged;
+  std::int64_t active_count = 0;
+  MeshSummary summary;  ///< Of the mesh at `revision`.
+  std::int64_t visits = 0;
+  std::int64_t moves = 0;
+  std::int64_t insertions = 0;
+  std::int64_t deletions = 0;
+  std::int64_t swaps = 0;
+  /// Vertices that came to rest by their age alone: spots where the metric cannot be met.
+  std::int64_t cooled_count = 0;
+  std::chrono::microseconds compute_time{0};  ///< In the core.
+  std::chrono::microseconds elapsed_time{0};  ///< From receipt to commit, on the server.
+};
+
+}  // namespace pliant::client

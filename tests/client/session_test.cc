@@ -1,0 +1,257 @@
+#include "client/cpp/session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "client/cpp/client.h"
+#include "tests/client/fake_server.h"
+#include "tests/client/model_mesh.h"
+
+namespace pliant::client {
+namespace {
+
+using testing::HasSubstr;
+
+/// A few revisions of a mesh, and the diffs between them: models[r] is revision r.
+struct History {
+  std::vector<ModelMesh> models{1};
+
+  explicit History(int revision_count, int change_count = 20) {
+    ModelChanger changer(/*seed=*/1996);
+    for (int r = 0; r < revision_count; ++r) {
+      models.push_back(changer.Next(models.back(), change_count));
+    }
+  }
+  [[nodiscard]] MeshDiff Diff(std::size_t to) const { return DiffOf(models[to - 1], models[to]); }
+  [[nodiscard]] MeshDiff Snapshot(std::size_t of) const { return DiffOf({}, models[of]); }
+};
+
+std::unique_ptr<Session> Open(const FakeServer& server) {
+  Result<Client> client = Client::Connect(server.address());
+  EXPECT_TRUE(client.ok());
+  Result<std::unique_ptr<Session>> session = client->OpenSession("s1");
+  EXPECT_TRUE(session.ok()) << session.error().message;
+  return std::move(session).value();
+}
+
+TEST(Session, AdvancesAndFollowsTheMesh) {
+  const History history(3);
+  FakeServer server;
+  std::vector<v1::EditRequest> seen;
+  server.on_edit = [&](EditScript& script, int) {
+    seen.push_back(script.Open(Revision{0}, /*last_update_id=*/40));
+    for (std::size_t revision = 1; revision <= 3; ++revision) {
+      seen.push_back(script.Next());
+      script.SendDiff(history.Diff(revision));
+      script.Advanced(seen.back(), history.Diff(revision));
+    }
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  AdvanceOptions options;
+  options.visits_max = 1000;
+  options.time_max = std::chrono::milliseconds(50);
+  for (std::size_t revision = 1; revision <= 3; ++revision) {
+    const Result<AdvanceReport> report =
+        session->Advance(revision == 1 ? options : AdvanceOptions());
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    EXPECT_EQ(report->stop, AdvanceStop::kConverged);
+    EXPECT_EQ(report->revision, Revision{static_cast<std::int64_t>(revision)});
+    ASSERT_NO_FATAL_FAILURE(ExpectSame(session->replica(), history.models[revision]));
+  }
+  EXPECT_EQ(seen[0].open().session_id(), "s1");
+  EXPECT_EQ(seen[1].update_id(), 41) << "ids go on where the session's last editor stopped";
+  EXPECT_EQ(seen[1].advance().budget_visits(), 1000);
+  EXPECT_EQ(seen[1].advance().budget_ms(), 50);
+  EXPECT_FALSE(seen[1].advance().has_progress_interval_ms());
+  EXPECT_EQ(seen[2].update_id(), 42);
+  EXPECT_FALSE(seen[2].advance().has_budget_visits());
+}
+
+TEST(Session, OpensWithASnapshotThatComesInChunks) {
+  ModelMesh large;
+  large.revision = Revision{17};
+  for (std::int32_t i = 0; i < 200'000; ++i) large.vertices[VertexId(i)] = {1.0 * i, -1.0 * i};
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int) {
+    script.Open(Revision{17});
+    script.SendSnapshot(DiffOf({}, large));
+    script.Next();
+    return grpc::Status::OK;
+  };
+  ExpectSame(Open(server)->replica(), large);
+}
+
+TEST(Session, ARefusedUpdateIsItsErrorAndTheStreamGoesOn) {
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int) {
+    script.Open(Revision{0});
+    v1::ErrorDetail error;
+    error.set_reason("NOT_FINITE");
+    error.set_field("metric.tensors");
+    error.set_index(17);
+    error.set_other_index(-1);
+    error.set_message("tensor 17 has a NaN");
+    script.Reject(script.Next(), error);
+    const v1::EditRequest metric = script.Next();
+    EXPECT_EQ(metric.metric().sources(0).size().size(), "0.1 + x");
+    script.Accept(metric);
+    const v1::EditRequest discard = script.Next();
+    EXPECT_TRUE(discard.has_discard());
+    script.Accept(discard);
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  const std::vector<Metric> tensors(20);
+  const Status refused = session->UpdateTensors({}, tensors);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kNotFinite);
+  EXPECT_EQ(refused.error().field, "metric.tensors");
+  EXPECT_EQ(refused.error().index, 17);
+  EXPECT_EQ(refused.error().message, "tensor 17 has a NaN");
+  EXPECT_TRUE(
+      session->UpdateMetric({.source = SizeMetric{"0.1 + x"}, .time = 0, .bounds = {}}).ok());
+  EXPECT_TRUE(session->Discard().ok());
+}
+
+TEST(Session, ReportsProgressAndCancelsFromTheCallback) {
+  const History history(1);
+  FakeServer server;
+  std::int64_t cancelled = 0;
+  server.on_edit = [&](EditScript& script, int) {
+    script.Open(Revision{0});
+    const v1::EditRequest advance = script.Next();
+    EXPECT_EQ(advance.advance().progress_interval_ms(), 20);
+    for (int i = 1; i <= 3; ++i) {
+      v1::EditResponse progress;
+      progress.mutable_progress()->set_visit_count(100 * i);
+      script.Send(progress, advance);
+    }
+    cancelled = script.Next().cancel().advance_update_id() - advance.update_id();
+    script.SendDiff(history.Diff(1));
+    script.Advanced(advance, history.Diff(1));
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  session->Cancel();  // Nothing runs: nothing may be sent.
+  std::vector<std::int64_t> visits;
+  AdvanceOptions options;
+  options.progress_interval = std::chrono::milliseconds(20);
+  const Result<AdvanceReport> report = session->Advance(options, [&](const AdvanceProgress& p) {
+    visits.push_back(p.visits);
+    if (visits.size() == 3) session->Cancel();
+  });
+  ASSERT_TRUE(report.ok());
+  EXPECT_EQ(visits, (std::vector<std::int64_t>{100, 200, 300}));
+  EXPECT_EQ(cancelled, 0) << "the cancel names the advance";
+}
+
+TEST(Session, AWrongHashIsAMismatchAndResyncGetsASnapshot) {
+  const History history(2);
+  FakeServer server;
+  std::vector<std::int64_t> mirror_revisions;
+  server.on_edit = [&](EditScript& script, int stream) {
+    const Revision revision{stream == 1 ? 0 : 2};
+    mirror_revisions.push_back(script.Open(revision).open().mirror_revision());
+    if (stream == 2) {
+      script.SendSnapshot(history.Snapshot(2));
+    } else {
+      const v1::EditRequest first = script.Next();
+      script.SendDiff(history.Diff(1));
+      script.Advanced(first, history.Diff(1));
+      const v1::EditRequest second = script.Next();
+      MeshDiff wrong = history.Diff(2);
+      wrong.summary.state_hash ^= 1;
+      script.SendDiff(wrong);
+      script.Advanced(second, wrong);
+    }
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  ASSERT_TRUE(session->Advance().ok());
+  const auto mismatch = session->Advance();
+  ASSERT_FALSE(mismatch.ok());
+  EXPECT_EQ(mismatch.error().code, ErrorCode::kReplicaMismatch);
+  ExpectSame(session->replica(), history.models[1]);
+  EXPECT_EQ(session->Discard().error().code, ErrorCode::kUnavailable) << "until it is opened again";
+  EXPECT_THAT(session->UpdateMetric({}).error().message, HasSubstr("Reopen"));
+
+  ASSERT_TRUE(session->Resync().ok());
+  ExpectSame(session->replica(), history.models[2]);
+  EXPECT_EQ(mirror_revisions, (std::vector<std::int64_t>{0, 0}));
+}
+
+TEST(Session, AfterALostStreamReopenNamesTheReplicasRevision) {
+  const History history(3);
+  FakeServer server;
+  std::vector<std::int64_t> mirror_revisions;
+  server.on_edit = [&](EditScript& script, int stream) {
+    if (stream == 1) {
+      script.Open(Revision{0});
+      const v1::EditRequest advance = script.Next();
+      script.SendDiff(history.Diff(1));
+      script.Advanced(advance, history.Diff(1));
+      script.Next();
+      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
+    }
+    mirror_revisions.push_back(script.Open(Revision{3}).open().mirror_revision());
+    script.SendDiff(history.Diff(2));
+    script.SendDiff(history.Diff(3));
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  ASSERT_TRUE(session->Advance().ok());
+  const auto lost = session->Advance();
+  ASSERT_FALSE(lost.ok());
+  EXPECT_EQ(lost.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(lost.error().message, HasSubstr(server.address()));
+  ASSERT_TRUE(session->Reopen().ok());
+  EXPECT_EQ(mirror_revisions, (std::vector<std::int64_t>{1}));
+  ExpectSame(session->replica(), history.models[3]);
+}
+
+TEST(Session, ASessionThatIsBusyForAMomentIsTriedAgain) {
+  FakeServer server;
+  int tries = 0;
+  server.on_edit = [&](EditScript& script, int stream) {
+    tries = stream;
+    if (stream <= 2) {
+      v1::ErrorDetail detail;
+      detail.set_reason("SESSION_BUSY");
+      v1::ErrorStatus details;
+      details.add_details()->PackFrom(detail);
+      return grpc::Status(grpc::StatusCode::ABORTED, "busy", details.SerializeAsString());
+    }
+    script.Open(Revision{0});
+    script.Next();
+    return grpc::Status::OK;
+  };
+  Open(server);
+  EXPECT_EQ(tries, 3);
+}
+
+TEST(Session, AnAnnouncedEndOfTheStreamSaysWhy) {
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int) {
+    script.Open(Revision{0});
+    script.Next();
+    v1::EditResponse response;
+    response.mutable_closing()->mutable_error()->set_reason("UNAVAILABLE");
+    response.mutable_closing()->mutable_error()->set_message("the server shuts down");
+    script.Send(response);
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  const auto report = session->Advance();
+  ASSERT_FALSE(report.ok());
+  EXPECT_EQ(report.error().code, ErrorCode::kUnavailable);
+  EXPECT_THAT(report.error().message, HasSubstr("shuts down"));
+}
+
+}  // namespace
+}  // namespace pliant::client
