@@ -181,6 +181,8 @@ Drawing PlotScaling(const ScalingChart& chart, const ChartSize& size) {
   frame.y_label = chart.y_label;
   SpanPowersOfTen(series, frame);
   DrawGrid(frame, drawing);
+  // Below the points, because the first and the last often lie on the frame.
+  DrawFrame(frame, drawing);
   Vec2 legend = {frame.x.from + 14, frame.y.to + 20};
   for (std::size_t i = 0; i < series.size(); ++i) {
     const Color color = CategoryColor(static_cast<std::int64_t>(i));
@@ -194,7 +196,6 @@ Drawing PlotScaling(const ScalingChart& chart, const ChartSize& size) {
     DrawLegendLine(text, color, legend, drawing);
     legend.y += 17;
   }
-  DrawFrame(frame, drawing);
   DrawTitle(chart.title, frame, drawing);
   return drawing;
 }
