@@ -30,6 +30,7 @@ std::array<EdgeId, 2> Mesh::SegmentEdges(VertexId vertex_id) const {
 }
 
 TriangleId Mesh::FanStart(VertexId vertex_id, TriangleId start) const {
+  if (!vertex(vertex_id).edge.valid()) return start;  // Only a boundary opens a fan.
   TriangleId current = start;
   for (;;) {
     // Side (vertex, next corner) lies opposite the previous corner.

@@ -38,10 +38,6 @@ Status CheckOptions(const Options& options) {
   for (const RangeRule& rule : rules) {
     if (!(rule.value >= rule.low && rule.value <= rule.high)) return OutOfRange(rule);
   }
-  if (options.gradation != 0) {
-    const RangeRule rule{"gradation", options.gradation, 1.05, 10};
-    if (!(rule.value >= rule.low && rule.value <= rule.high)) return OutOfRange(rule);
-  }
   return {};
 }
 

@@ -63,10 +63,6 @@ struct Options {
   /// its metric as it was. In [0, 1]; 0 wakes on any change.
   double metric_tolerance = 0.05;
 
-  /// Gradation: the wanted size may grow by at most this factor over a distance of one wanted
-  /// size (hgrad of other remeshers). 0 is off; otherwise in [1.05, 10].
-  double gradation = 0;
-
   /// No update may take the mesh beyond this many vertices; insertions are refused there, and the
   /// report says so. 3..100,000,000.
   std::int32_t vertices_max = 10'000'000;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -10,6 +11,8 @@
 #include "core/delaunay/import_mesh.h"
 #include "core/mesh/export_mesh.h"
 #include "core/mesh/mesh_edit.h"
+#include "core/metric/background_field.h"
+#include "core/metric/gradation.h"
 #include "core/pliant/check_options.h"
 
 namespace pliant {
@@ -71,6 +74,20 @@ Status CheckTensors(const Mesh& mesh, std::span<const VertexId> vertices,
   return {};
 }
 
+/// Passes of gradation in one update, the first before the loop runs.
+constexpr int kLimitRounds = 3;
+
+Status CheckGradation(const GradationOptions& gradation) {
+  const auto check = [](const char* name, double value, double low) -> Status {
+    if (value == 0 || (value >= low && value <= 10)) return {};
+    std::ostringstream message;
+    message << "metric." << name << " is " << value << "; expected 0 (off) or " << low << " to 10";
+    return Error{ErrorCode::kOutOfRange, message.str(), std::string("metric.") + name};
+  };
+  PLIANT_RETURN_IF_ERROR(check("gradation", gradation.gradation, 1));
+  return check("rotation", gradation.rotation, 0.1);
+}
+
 /// What happens to slots at the first commit.
 enum class Numbering { kClosesGaps, kKeeps };
 
@@ -89,11 +106,11 @@ class Remesher::Impl {
 
   static Result<std::unique_ptr<Impl>> Make(const Result<MeshPlan>& plan, Numbering numbering,
                                             std::unique_ptr<MetricField> field,
-                                            const Options& options) {
+                                            const MetricSpec* spec, const Options& options) {
     PLIANT_RETURN_IF_ERROR(CheckOptions(options));
     if (!plan.ok()) return plan.error();
     auto impl = std::make_unique<Impl>(*plan, numbering, options);
-    PLIANT_RETURN_IF_ERROR(impl->Start(std::move(field)));
+    PLIANT_RETURN_IF_ERROR(impl->Start(std::move(field), spec));
     return impl;
   }
 
@@ -101,43 +118,35 @@ class Remesher::Impl {
                                                     Numbering numbering, const MetricSpec& spec,
                                                     const Options& options) {
     if (!plan.ok()) return plan.error();
+    PLIANT_RETURN_IF_ERROR(CheckGradation(spec.gradation));
     PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<MetricField> field,
                             MakeMetricField(spec, BoxOf(plan->positions)));
-    PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Impl> impl,
-                            Make(plan, numbering, std::move(field), options));
-    impl->RememberSpec(spec);
-    return impl;
+    return Make(plan, numbering, std::move(field), &spec, options);
   }
 
   /// Gives every vertex its first metric and wakes it.
-  Status Start(std::unique_ptr<MetricField> field) {
+  Status Start(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
     loop_.BeginUpdate();
     update_open_ = true;
     for (const VertexId vertex : LiveVertices(mesh_)) {
       edit_.SetMetric(vertex, field->At(mesh_.position(vertex), edit_.Hint(vertex)));
       loop_.Wake(vertex);
     }
-    field_ = std::move(field);
-    return field_->status();
-  }
-
-  Status SetSpec(const MetricSpec& spec) {
-    if (spec_.has_value() && *spec_ == spec) return {};
-    PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<MetricField> field, MakeMetricField(spec, box_));
-    PLIANT_RETURN_IF_ERROR(SetField(std::move(field)));
-    RememberSpec(spec);
+    PLIANT_RETURN_IF_ERROR(field->status());
+    Follow(std::move(field), spec);
+    following_.limited = following_.raw;
     return {};
   }
 
-  /// A specification to compare the next one with. One with a background mesh is as large as the
-  /// mesh and not worth keeping: comparing tensors at the vertices finds the same.
-  void RememberSpec(const MetricSpec& spec) {
-    bounds_ = spec.bounds;
-    spec_.reset();
-    if (!std::holds_alternative<BackgroundMetric>(spec.source)) spec_ = spec;
+  Status SetSpec(const MetricSpec& spec) {
+    if (following_.spec.has_value() && *following_.spec == spec) return {};
+    PLIANT_RETURN_IF_ERROR(CheckGradation(spec.gradation));
+    PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<MetricField> field, MakeMetricField(spec, box_));
+    return SetField(std::move(field), &spec);
   }
 
-  Status SetField(std::unique_ptr<MetricField> field) {
+  /// @param spec  what the field was made from; null for a field of the caller's own.
+  Status SetField(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
     const std::vector<VertexId> vertices = LiveVertices(mesh_);
     std::vector<Metric> tensors;
     tensors.reserve(vertices.size());
@@ -145,8 +154,9 @@ class Remesher::Impl {
       tensors.push_back(field->At(mesh_.position(vertex), edit_.Hint(vertex)));
     }
     PLIANT_RETURN_IF_ERROR(field->status());
-    field_ = std::move(field);
-    spec_.reset();
+    Follow(std::move(field), spec);
+    if (following_.limits()) return Limit();
+    following_.limited = following_.raw;
     Apply(vertices, tensors);
     return {};
   }
@@ -159,42 +169,49 @@ class Remesher::Impl {
     bounded.reserve(tensors.size());
     bool same = true;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      bounded.push_back(Bound(tensors[i], bounds_));
-      same = same && bounded.back() == mesh_.metric(vertices[i]);
+      bounded.push_back(Bound(tensors[i], following_.bounds));
+      same = same && !Differs(RawMetric(vertices[i]), bounded.back());
     }
     if (same) return {};
 
-    ExportedMesh exported = ExportMesh(mesh_);
-    BackgroundMetric background;
+    const ExportedMesh exported = ExportMesh(mesh_);
+    BackgroundMetric background{exported.data, {}};
     std::vector<std::size_t> dense(static_cast<std::size_t>(mesh_.vertex_slots()), 0);
     for (std::size_t i = 0; i < exported.vertex_ids.size(); ++i) {
       dense[exported.vertex_ids[i].index()] = i;
-      background.tensors.push_back(mesh_.metric(exported.vertex_ids[i]));
+      background.tensors.push_back(RawMetric(exported.vertex_ids[i]));
     }
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       background.tensors[dense[vertices[i].index()]] = bounded[i];
     }
-    background.mesh = std::move(exported.data);
-    MetricSpec spec;
-    spec.source = std::move(background);
-    spec.bounds = bounds_;
-    PLIANT_ASSIGN_OR_RETURN(field_, MakeMetricField(spec, box_));
-    spec_.reset();
+    PLIANT_ASSIGN_OR_RETURN(following_.raw, BackgroundField::Make(background, following_.bounds));
+    following_.spec.reset();
+    following_.limit_rounds_left = following_.limits() ? kLimitRounds : 0;
+    if (following_.limits()) return Limit();
+    following_.limited = following_.raw;
     Apply(vertices, bounded);
     return {};
   }
 
-  Result<Progress> Step(const Budget& budget) {
+  /// The limits are laid on the mesh as it is when an update begins, which may be too coarse to
+  /// know the metric; they are laid again on the mesh that comes out.
+  Result<Progress> Step(Budget budget) {
     Progress progress;
-    progress.stop_reason = loop_.Run(*field_, budget);
-    PLIANT_RETURN_IF_ERROR(field_->status());
+    for (;;) {
+      const std::int64_t visits_before = loop_.counts().visits;
+      progress.stop_reason = loop_.Run(*following_.limited, budget);
+      PLIANT_RETURN_IF_ERROR(following_.raw->status());
+      budget.visits_max -= loop_.counts().visits - visits_before;
+      if (!Ended(progress.stop_reason) || following_.limit_rounds_left == 0) break;
+      PLIANT_RETURN_IF_ERROR(Limit());
+    }
     progress.active_count = loop_.active_count();
     progress.counts = loop_.counts();
     return progress;
   }
 
   MeshDiff Commit() {
-    PLIANT_CHECK(field_->status().ok());
+    PLIANT_CHECK(following_.raw->status().ok());
     if (revision_ == Revision::kNone && numbering_ == Numbering::kClosesGaps) {
       loop_.Renumber(edit_.Compact());
     }
@@ -202,33 +219,89 @@ class Remesher::Impl {
     MeshDiff diff = edit_.Commit(revision_);
     loop_.ResetCounts();
     update_open_ = false;
-    committed_ = {field_, spec_, bounds_, loop_.Save()};
+    committed_ = {following_, loop_.Save()};
     return diff;
   }
 
   void Rollback() {
     PLIANT_CHECK(revision_ != Revision::kNone);
     edit_.Rollback();
-    field_ = committed_.field;
-    spec_ = committed_.spec;
-    bounds_ = committed_.bounds;
+    following_ = committed_.following;
     loop_.Restore(committed_.loop);
     update_open_ = false;
   }
 
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
-  [[nodiscard]] const MetricField& field() const { return *field_; }
+  [[nodiscard]] const MetricField& field() const { return *following_.limited; }
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] const Options& options() const { return options_; }
 
  private:
+  /// The metric that the session follows.
+  struct Following {
+    std::shared_ptr<MetricField> raw;      // As it was sent, bounds applied.
+    std::shared_ptr<MetricField> limited;  // What the loop sees: `raw` without gradation.
+    std::optional<MetricSpec> spec;        // What `raw` was made from, if it can be compared.
+    SizeBounds bounds;
+    GradationOptions gradation;
+    int limit_rounds_left = 0;
+
+    [[nodiscard]] bool limits() const {
+      return gradation.gradation != 0 || gradation.rotation != 0;
+    }
+  };
+
   /// What a rollback needs beyond the change log.
   struct Committed {
-    std::shared_ptr<MetricField> field;
-    std::optional<MetricSpec> spec;
-    SizeBounds bounds;
+    Following following;
     PliantLoop::State loop;
   };
+
+  static bool Ended(StopReason reason) {
+    return reason == StopReason::kConverged || reason == StopReason::kVertexLimit;
+  }
+
+  /// @param spec  remembered to compare the next one with, unless it has a background mesh: that is
+  ///              as large as the mesh, and comparing tensors at the vertices finds the same.
+  void Follow(std::unique_ptr<MetricField> raw, const MetricSpec* spec) {
+    following_.raw = std::move(raw);
+    following_.spec.reset();
+    following_.bounds = spec == nullptr ? SizeBounds{} : spec->bounds;
+    following_.gradation = spec == nullptr ? GradationOptions{} : spec->gradation;
+    if (spec != nullptr && !std::holds_alternative<BackgroundMetric>(spec->source)) {
+      following_.spec = *spec;
+    }
+    following_.limit_rounds_left = following_.limits() ? kLimitRounds : 0;
+  }
+
+  /// The metric as it was sent, at a vertex.
+  [[nodiscard]] Metric RawMetric(VertexId vertex) {
+    if (!following_.limits()) return mesh_.metric(vertex);
+    return following_.raw->At(mesh_.position(vertex), edit_.Hint(vertex));
+  }
+
+  /// Limits the raw metric over the edges of the mesh and follows the result. Nodes that the raw
+  /// metric kept busy until they were old get their visits back: it is another metric now.
+  Status Limit() {
+    --following_.limit_rounds_left;
+    update_open_ = false;
+    ExportedMesh exported = ExportMesh(mesh_);
+    std::vector<Metric> raw;
+    raw.reserve(exported.vertex_ids.size());
+    for (const VertexId vertex : exported.vertex_ids) raw.push_back(RawMetric(vertex));
+    PLIANT_RETURN_IF_ERROR(following_.raw->status());
+    const auto count = static_cast<std::int32_t>(raw.size());
+    LimitedMetrics limited = LimitMetrics(GraphOfTriangles(exported.data.triangles, count),
+                                          exported.data.points, raw, following_.gradation);
+    Apply(exported.vertex_ids, limited.tensors);
+    const BackgroundMetric background{std::move(exported.data), std::move(limited.tensors)};
+    PLIANT_ASSIGN_OR_RETURN(following_.limited, BackgroundField::Make(background, {}));
+    return {};
+  }
+
+  [[nodiscard]] bool Differs(const Metric& old, const Metric& now) const {
+    return !(now == old) && RelativeChange(old, now) > options_.metric_tolerance;
+  }
 
   /// Takes over tensors that differ by more than the tolerance, and wakes their nodes. Smaller
   /// changes leave the old tensor in place, so that many of them add up and are seen at last.
@@ -236,10 +309,7 @@ class Remesher::Impl {
     if (!update_open_) loop_.BeginUpdate();
     update_open_ = true;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
-      const Metric& old = mesh_.metric(vertices[i]);
-      if (tensors[i] == old || RelativeChange(old, tensors[i]) <= options_.metric_tolerance) {
-        continue;
-      }
+      if (!Differs(mesh_.metric(vertices[i]), tensors[i])) continue;
       edit_.SetMetric(vertices[i], tensors[i]);
       loop_.Wake(vertices[i]);
     }
@@ -251,9 +321,7 @@ class Remesher::Impl {
   PliantLoop loop_;
   const BoundingBox box_;
   const Numbering numbering_;
-  std::shared_ptr<MetricField> field_;
-  std::optional<MetricSpec> spec_;  // What field_ was made from, if it can be compared.
-  SizeBounds bounds_;
+  Following following_;
   Revision revision_ = Revision::kNone;
   bool update_open_ = false;
   Committed committed_;
@@ -280,19 +348,20 @@ Result<std::unique_ptr<Remesher>> Remesher::Create(const MeshData& mesh, const M
 Result<std::unique_ptr<Remesher>> Remesher::Create(const Domain& domain,
                                                    std::unique_ptr<MetricField> field,
                                                    const Options& options) {
-  return Wrap(Impl::Make(PlanDomain(domain), Numbering::kClosesGaps, std::move(field), options));
+  return Wrap(
+      Impl::Make(PlanDomain(domain), Numbering::kClosesGaps, std::move(field), nullptr, options));
 }
 
 Result<std::unique_ptr<Remesher>> Remesher::Create(const MeshData& mesh,
                                                    std::unique_ptr<MetricField> field,
                                                    const Options& options) {
-  return Wrap(Impl::Make(PlanImport(mesh), Numbering::kKeeps, std::move(field), options));
+  return Wrap(Impl::Make(PlanImport(mesh), Numbering::kKeeps, std::move(field), nullptr, options));
 }
 
 Status Remesher::SetMetric(const MetricSpec& metric) { return impl_->SetSpec(metric); }
 
 Status Remesher::SetField(std::unique_ptr<MetricField> field) {
-  return impl_->SetField(std::move(field));
+  return impl_->SetField(std::move(field), nullptr);
 }
 
 Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
