@@ -120,8 +120,8 @@ struct LogMetric {
 /// simultaneous reduction. Symmetric only up to rounding. @pre both positive definite
 [[nodiscard]] Metric Intersect(const Metric& a, const Metric& b);
 
-/// How much `now` differs from `old`, whatever the units and axes: the largest |lambda - 1| over the
-/// eigenvalues of old^-1 now. 0.05 means that no squared length changed by more than 5 %.
+/// How much `now` differs from `old`, whatever the units and axes: the largest |lambda - 1| over
+/// the eigenvalues of old^-1 now. 0.05 means that no squared length changed by more than 5 %.
 /// @pre both positive definite
 [[nodiscard]] double RelativeChange(const Metric& old, const Metric& now);
 

@@ -276,6 +276,32 @@ TEST(Bound, RaisesSemiDefiniteAndIndefiniteTensorsToTheLargestSize) {
   EXPECT_TRUE(IsPositiveDefinite(Bound({-3, 1, -1}, {.size_max = 4})));
 }
 
+// Goal: the change is what the most different direction sees. Method: sample directions in the
+// frame of the old tensor.
+TEST(RelativeChange, IsTheLargestChangeOfASquaredLength) {
+  Rng rng(1996);
+  for (int trial = 0; trial < 500; ++trial) {
+    const Metric old = Draw(rng, 2).metric;
+    EXPECT_NEAR(RelativeChange(old, old), 0, 1e-6);
+    EXPECT_NEAR(RelativeChange(old, 1.05 * old), 0.05, 1e-6);
+    const MetricAxes axes = AxesFromMetric(old);
+    const double t = rng.Uniform(0, 3);
+    const Metric now = MetricFromAxes({axes.major_radius * rng.Uniform(0.8, 1.5),
+                                       axes.minor_radius * rng.Uniform(0.5, 0.7), Direction(t)});
+    const Vec2 u = axes.major_direction;
+    const Vec2 v = {-u.y, u.x};
+    double most = 0;
+    for (int i = 0; i < 360; ++i) {
+      const Vec2 unit = Direction(i * std::numbers::pi / 360);
+      const Vec2 e = axes.major_radius * unit.x * u + axes.minor_radius * unit.y * v;
+      most = std::max(most, std::abs(SquaredLength(now, e) / SquaredLength(old, e) - 1));
+    }
+    EXPECT_NEAR(RelativeChange(old, now) / most, 1, 1e-3);
+  }
+  EXPECT_DOUBLE_EQ(RelativeChange({1, 0, 1}, {1, 0, 0.25}), 0.75);
+  EXPECT_DOUBLE_EQ(RelativeChange({1, 0, 1}, {1, 0, 4}), 3);
+}
+
 TEST(Distance, IsEquation4AndNormalizedAreaIsEquation5) {
   const Metric a = Metric::Isotropic(0.5);
   const Metric b = {1, 0, 16};
