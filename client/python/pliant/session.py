@@ -37,6 +37,8 @@ class Session:
         self._changes: List[replica.Change] = []
         self._stream: Optional[stream.EditStream] = None
         self._was_open = False
+        # What an editor that is gone, or a call that was broken off, has staged is nobody's wish.
+        self._must_discard = True
         self._last_update_id = 0
         self._is_deleted = False
 
@@ -184,6 +186,8 @@ class Session:
                 f"{counts.vertices} vertices, {counts.triangles} triangles)")
 
     def _metric_command(self, metric, vertex_ids, time, limits):
+        if self._mirror.revision == 0:
+            self._ensure_stream()
         limits_message = opts.make_limits(limits).to_wire()
         if metric is None and time is None and limits_message is None:
             raise errors.InvalidInput("EMPTY", "nothing to update: give a metric, time or a limit",
@@ -223,12 +227,17 @@ class Session:
         first = self._last_update_id + 1
         numbered = [(first + i, *command) for i, command in enumerate(commands)]
         self._last_update_id += len(numbered)
+        self._must_discard = True
         try:
-            return self._run_once(numbered)
+            answers = self._run_once(numbered)
         except errors.Unavailable:
             # Commands that the server has seen are answered again, not applied again.
+            self._must_discard = False
             self._ensure_stream()
-            return self._run_once(numbered)
+            self._must_discard = True
+            answers = self._run_once(numbered)
+        self._must_discard = False
+        return answers
 
     def _run_once(self, numbered):
         try:
@@ -248,11 +257,11 @@ class Session:
         self._stream = make(self._stub, self._session_id, self._mirror, self._changes)
         opened = self._stream.opened
         self._last_update_id = max(self._last_update_id, opened.last_update_id)
-        if not self._was_open and opened.staged_count:
-            # Left over by an editor that is gone; nobody here asked for it.
+        self._was_open = True
+        if self._must_discard and opened.staged_count:
             self._last_update_id += 1
             self._run_once([(self._last_update_id, "discard", lambda _: edit_pb2.Discard())])
-        self._was_open = True
+        self._must_discard = False
 
 
 def call(method, request, **options):

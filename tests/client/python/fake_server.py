@@ -113,6 +113,7 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
         self.applied = []
         self.received = {}
         self.deleted = False
+        self.staged_count = self.discard_count = 0
         self.is_hanging = threading.Event()
 
     def CreateSession(self, request_iterator, context):
@@ -139,12 +140,15 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
             command = request.WhichOneof("command")
             if command == "open":
                 yield self.response(opened=edit_pb2.Opened(
-                    last_update_id=max(self.answers, default=0)))
+                    last_update_id=max(self.answers, default=0), staged_count=self.staged_count))
                 yield from self.catch_up(request.open.mirror_revision)
             elif request.update_id in self.answers:
                 yield self.answers[request.update_id]
-            elif command == "metric":
-                yield self.answer(request, accepted=edit_pb2.UpdateAccepted(staged_count=1))
+            elif command in ("metric", "discard"):
+                self.staged_count = self.staged_count + 1 if command == "metric" else 0
+                self.discard_count += command == "discard"
+                yield self.answer(request, accepted=edit_pb2.UpdateAccepted(
+                    staged_count=self.staged_count))
             elif command == "advance":
                 yield from self.advance(request, context)
 
@@ -158,6 +162,7 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
             self.is_hanging.set()
             left.wait()
             return
+        self.staged_count = 0
         base, self.revision = self.revision, self.revision + 1
         self.applied.append(request.update_id)
         answer = self.answer(request, advanced=edit_pb2.AdvanceResult(

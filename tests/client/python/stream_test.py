@@ -147,11 +147,21 @@ def test_an_interrupt_leaves_a_session_that_works(start):
     thread = threading.Thread(target=interrupt)
     thread.start()
     with pytest.raises(KeyboardInterrupt):
-        session.advance()
+        session.update_metric(pliant.metric.size(2))
     thread.join()
     check_view(session.mesh, meshes[0])
+    # Half of the call that was broken off is not committed by the next one.
     assert session.advance().revision == 2
+    assert service.discard_count == 1
     check_view(session.mesh, meshes[1])
+
+
+def test_what_is_staged_survives_a_lost_connection(start):
+    service = FakeService(random_meshes(2), faults=[None, "drop before"])
+    session = start(service)
+    session.stage_metric(pliant.metric.size(2))
+    assert session.advance().revision == 2
+    assert service.discard_count == 0
 
 
 def test_a_dead_server_is_unavailable(start, tmp_path, monkeypatch):
