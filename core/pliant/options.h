@@ -36,7 +36,7 @@ struct Permissions {
 struct Options {
   Variant variant = Variant::kCooled;
   Smoothing smoothing = Smoothing::kPliant;
-  Permissions permissions;
+  Permissions permissions = {};
 
   /// Seed of random picking; only Variant::kPaper draws. Any value.
   std::uint64_t seed = 1;
