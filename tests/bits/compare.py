@@ -66,7 +66,8 @@ def main():
     if actual == expected:
         return 0
     print("The same seed gave other bits:")
-    print("\n".join(difflib.unified_diff(expected, actual, "this build", "the other", "", "", 0, "")))
+    print("\n".join(difflib.unified_diff(expected, actual, "this build", "the other", n=0,
+                                         lineterm="")))
     return 1
 
 

@@ -48,7 +48,10 @@ std::vector<Case> Cases() {
   const SizeMetric rings{"0.03 + 0.1*abs(sin(4*sqrt(x^2+y^2)+t))^1.5"};
   return {
       {"front cooled", SquareWithDiamond(Diamond::kConstraint), {.source = front}, {}},
-      {"rings graded", SquareWithDiamond(Diamond::kHole), {.source = rings}, {.gradation = 1.3}},
+      {"rings graded",
+       SquareWithDiamond(Diamond::kHole),
+       {.source = rings, .gradation = {.gradation = 1.3, .rotation = 0.7}},
+       {}},
       {"front paper",
        SquareWithDiamond(Diamond::kHole),
        {.source = front},
