@@ -26,6 +26,13 @@ struct Side {
   int corner = 0;  ///< The corner opposite the edge.
 };
 
+/// A new vertex in the middle of an edge.
+struct EdgeSplit {
+  Side side;  ///< The edge, from the one of its triangles that has the lower slot.
+  Vec2 position;
+  double t = 0;  ///< Parameter on the segment, for a constrained edge.
+};
+
 /// A constrained edge of a mesh that is being set up.
 struct NewEdge {
   std::array<VertexId, 2> vertices;
@@ -72,6 +79,14 @@ class MeshEdit {
   /// Puts a new vertex on an edge; splits its one or two triangles and, if it is constrained, the
   /// constrained edge, at parameter `t` of its segment. @return the new vertex
   VertexId SplitEdge(Side side, Vec2 position, double t);
+
+  /// Splits many edges at once, by templates: a triangle with three split sides becomes four, with
+  /// two three (by the shorter diagonal in the metric), with one two. New vertices get slots in the
+  /// order of `splits` after the old ones and no metric yet; triangles are numbered anew, children
+  /// together in the order of their parents. @pre nothing was committed and no slot is dead; all
+  /// children are positive
+  /// @par Cost O(mesh)
+  void Refine(std::span<const EdgeSplit> splits);
 
   /// Replaces the triangles of a cavity by others that cover the same polygon. Vertices that lose
   /// their last triangle must be removed by RemoveVertex.

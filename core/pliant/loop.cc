@@ -17,31 +17,31 @@ namespace {
 /// A cancel shall take effect within milliseconds; a visit takes well under a microsecond.
 constexpr std::int64_t kVisitsBetweenPolls = 256;
 
-double DefaultStep(const Options& options) {
-  if (options.step > 0) return options.step;
-  return options.variant == Variant::kPaper ? 0.2 : 0.3;
-}
-
-double DefaultSpeedThreshold(const Options& options) {
-  if (options.speed_threshold > 0) return options.speed_threshold;
-  return options.variant == Variant::kPaper ? 0.02 : 0.03;
-}
-
 }  // namespace
 
-PliantLoop::PliantLoop(MeshEdit& edit, const Options& options)
-    : edit_(edit),
-      mesh_(edit.mesh()),
-      options_(options),
-      alpha_(DefaultStep(options)),
-      speed_threshold_(DefaultSpeedThreshold(options)),
-      flipper_(edit) {
-  state_.rng = Rng(options.seed);
+LoopSettings SettingsOf(const Options& options) {
+  const bool paper = options.variant == Variant::kPaper;
+  LoopSettings settings;
+  settings.alpha = options.step > 0 ? options.step : paper ? 0.2 : 0.3;
+  settings.speed_threshold = options.speed_threshold > 0 ? options.speed_threshold
+                             : paper                     ? 0.02
+                                                         : 0.03;
+  settings.neighbor_threshold = settings.speed_threshold;
+  settings.age_cooling = options.age_cooling;
+  settings.age_max = options.age_max;
+  return settings;
 }
 
-void PliantLoop::BeginUpdate() {
+PliantLoop::PliantLoop(MeshEdit& edit, const Options& options)
+    : edit_(edit), mesh_(edit.mesh()), options_(options), flipper_(edit) {
+  state_.rng = Rng(options.seed);
+  state_.settings = SettingsOf(options);
+}
+
+void PliantLoop::BeginUpdate(const LoopSettings& settings) {
   ++state_.epoch;
   state_.visits_in_update = 0;
+  state_.settings = settings;
 }
 
 StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
@@ -72,11 +72,12 @@ void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
 }
 
 PliantLoop::Heat PliantLoop::HeatOf(const VisitState& visit) const {
-  if (options_.variant == Variant::kPaper) return {1, 1, alpha_};
-  const double x = std::clamp(static_cast<double>(visit.age - options_.age_cooling) /
-                                  (options_.age_max - options_.age_cooling),
+  const LoopSettings& settings = state_.settings;
+  if (options_.variant == Variant::kPaper) return {1, 1, settings.alpha};
+  const double x = std::clamp(static_cast<double>(visit.age - settings.age_cooling) /
+                                  (settings.age_max - settings.age_cooling),
                               0.0, 1.0);
-  return {1 - x, 1 + 2 * x, alpha_ * (1 - 0.8 * x)};
+  return {1 - x, 1 + 2 * x, settings.alpha * (1 - 0.8 * x)};
 }
 
 VisitState PliantLoop::CurrentVisit(VertexId node) const {
@@ -92,9 +93,9 @@ VisitState PliantLoop::CurrentVisit(VertexId node) const {
 void PliantLoop::Push(VertexId node, int hop) {
   VisitState visit = CurrentVisit(node);
   visit.hop = static_cast<std::uint8_t>(std::min<int>(visit.hop, hop));
-  const bool cooled_variant = options_.variant == Variant::kCooled;
-  if (cooled_variant && visit.hop > options_.hops_max) return;
-  const bool resting = cooled_variant && visit.age >= options_.age_max;
+  const bool cools = options_.variant != Variant::kPaper;
+  if (cools && visit.hop > options_.hops_max) return;
+  const bool resting = cools && visit.age >= state_.settings.age_max;
   const bool enters = !visit.active && !resting;
   if (enters) {
     visit.active = true;
@@ -115,10 +116,10 @@ void PliantLoop::PushRing(VertexId node, int hop) {
 void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
   VisitState visit = CurrentVisit(node);
   visit.active = false;
-  if (options_.variant == Variant::kCooled) {
+  if (options_.variant != Variant::kPaper) {
     // Before anything else: the proof of termination needs new nodes to see the higher age.
     ++visit.age;
-    if (visit.age >= options_.age_max) ++state_.counts.cooled;
+    if (visit.age >= state_.settings.age_max) ++state_.counts.cooled;
   }
   edit_.Visit(node) = visit;
   const Heat heat = HeatOf(visit);
@@ -133,10 +134,8 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
     if (TryDelete(heat)) return;
     TryInsert(field, heat);
   }
-  if (speed > speed_threshold_) {
-    Push(node, visit.hop);
-    PushRing(node, visit.hop + 1);
-  }
+  if (speed > state_.settings.speed_threshold) Push(node, visit.hop);
+  if (speed > state_.settings.neighbor_threshold) PushRing(node, visit.hop + 1);
 }
 
 void PliantLoop::VisitGiven(const MetricField& field, VertexId node, const Heat& heat) {

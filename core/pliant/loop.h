@@ -36,6 +36,19 @@ struct LoopCounts {
   friend bool operator==(const LoopCounts&, const LoopCounts&) = default;
 };
 
+/// How the loop runs within one update. The fields mean what Options says of theirs.
+struct LoopSettings {
+  double alpha = 0.3;
+  double speed_threshold = 0.03;
+  /// A step longer than this also wakes the neighbours; the paper's rule has one threshold.
+  double neighbor_threshold = 0.03;
+  std::int32_t age_cooling = 30;
+  std::int32_t age_max = 80;
+};
+
+/// The settings that the options ask for: those of every update.
+[[nodiscard]] LoopSettings SettingsOf(const Options& options);
+
 /// The pliant loop: visits active nodes, one at a time; a visit moves the node, swaps edges, and
 /// then deletes it or splits its largest edge. [BossenHeckbert1996, sec. 3]
 ///
@@ -51,7 +64,7 @@ class PliantLoop {
   PliantLoop(MeshEdit& edit, const Options& options);
 
   /// Begins an update: ages and hops count from zero again.
-  void BeginUpdate();
+  void BeginUpdate(const LoopSettings& settings);
 
   /// Wakes a node because its own surroundings changed: hop 0.
   void Wake(VertexId node) { Push(node, 0); }
@@ -68,6 +81,7 @@ class PliantLoop {
     std::uint32_t epoch = 0;
     LoopCounts counts;
     std::int64_t visits_in_update = 0;
+    LoopSettings settings;
   };
   [[nodiscard]] State Save() const { return state_; }
   void Restore(State state) { state_ = std::move(state); }
@@ -112,8 +126,6 @@ class PliantLoop {
   MeshEdit& edit_;
   const Mesh& mesh_;
   const Options options_;
-  const double alpha_;
-  const double speed_threshold_;
   MetricFlipper flipper_;
   Star star_;
   State state_;

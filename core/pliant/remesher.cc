@@ -14,6 +14,7 @@
 #include "core/metric/background_field.h"
 #include "core/metric/gradation.h"
 #include "core/pliant/check_options.h"
+#include "core/pliant/nested_build.h"
 
 namespace pliant {
 namespace {
@@ -126,16 +127,20 @@ class Remesher::Impl {
 
   /// Gives every vertex its first metric and wakes it.
   Status Start(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
-    loop_.BeginUpdate();
-    update_open_ = true;
-    for (const VertexId vertex : LiveVertices(mesh_)) {
-      edit_.SetMetric(vertex, field->At(mesh_.position(vertex), edit_.Hint(vertex)));
-      loop_.Wake(vertex);
-    }
-    PLIANT_RETURN_IF_ERROR(field->status());
     Follow(std::move(field), spec);
     following_.limited = following_.raw;
-    return {};
+    update_open_ = true;
+    if (options_.variant == Variant::kNested && numbering_ == Numbering::kClosesGaps &&
+        options_.permissions == Permissions{}) {
+      nested_.emplace(edit_, loop_, following_.raw, SettingsOf(options_));
+    } else {
+      loop_.BeginUpdate(SettingsOf(options_));
+      for (const VertexId vertex : LiveVertices(mesh_)) {
+        edit_.SetMetric(vertex, following_.raw->At(mesh_.position(vertex), edit_.Hint(vertex)));
+        loop_.Wake(vertex);
+      }
+    }
+    return following_.raw->status();
   }
 
   Status SetSpec(const MetricSpec& spec) {
@@ -199,10 +204,16 @@ class Remesher::Impl {
     Progress progress;
     for (;;) {
       const std::int64_t visits_before = loop_.counts().visits;
-      progress.stop_reason = loop_.Run(*following_.limited, budget);
+      progress.stop_reason = loop_.Run(nested_ ? nested_->field() : *following_.limited, budget);
       PLIANT_RETURN_IF_ERROR(following_.raw->status());
       budget.visits_max -= loop_.counts().visits - visits_before;
-      if (!Ended(progress.stop_reason) || following_.limit_rounds_left == 0) break;
+      if (!Ended(progress.stop_reason)) break;
+      if (nested_ && nested_->levels_left() > 0) {
+        nested_->NextLevel();
+        continue;
+      }
+      nested_.reset();
+      if (following_.limit_rounds_left == 0) break;
       PLIANT_RETURN_IF_ERROR(Limit());
     }
     progress.active_count = loop_.active_count();
@@ -211,6 +222,8 @@ class Remesher::Impl {
   }
 
   MeshDiff Commit() {
+    if (nested_) nested_->Finish();
+    nested_.reset();
     PLIANT_CHECK(following_.raw->status().ok());
     if (revision_ == Revision::kNone && numbering_ == Numbering::kClosesGaps) {
       loop_.Renumber(edit_.Compact());
@@ -306,7 +319,7 @@ class Remesher::Impl {
   /// Takes over tensors that differ by more than the tolerance, and wakes their nodes. Smaller
   /// changes leave the old tensor in place, so that many of them add up and are seen at last.
   void Apply(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
-    if (!update_open_) loop_.BeginUpdate();
+    if (!update_open_) loop_.BeginUpdate(SettingsOf(options_));
     update_open_ = true;
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       if (!Differs(mesh_.metric(vertices[i]), tensors[i])) continue;
@@ -322,6 +335,7 @@ class Remesher::Impl {
   const BoundingBox box_;
   const Numbering numbering_;
   Following following_;
+  std::optional<NestedBuild> nested_;  // While the first mesh is built from coarse to fine.
   Revision revision_ = Revision::kNone;
   bool update_open_ = false;
   Committed committed_;

@@ -1,0 +1,66 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+
+#include "core/mesh/mesh_edit.h"
+#include "core/metric/metric_field.h"
+#include "core/pliant/loop.h"
+
+namespace pliant {
+
+/// A field times a constant: the metric of a coarser level.
+class ScaledField final : public MetricField {
+ public:
+  ScaledField(std::shared_ptr<const MetricField> field, double scale)
+      : field_(std::move(field)), scale_(scale) {}
+  [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override {
+    return scale_ * field_->At(p, hint);
+  }
+  [[nodiscard]] Status status() const override { return field_->status(); }
+
+ private:
+  std::shared_ptr<const MetricField> field_;
+  double scale_;
+};
+
+/// The first mesh from coarse to fine.
+///
+/// A mesh that has converged for the metric M/4 (edges twice as long), with all its edges halved,
+/// is almost converged for M: lattices of equilateral triangles stay such lattices, and the number
+/// of defects does not grow with the number of nodes. So a level needs two or three visits a node
+/// instead of nine, and the mesh is better.
+///
+/// *Invariants*: between calls the mesh is valid and its metric is that of the current level.
+class NestedBuild {
+ public:
+  /// Chooses the number of levels from an estimate of the field's complexity over the mesh, which
+  /// must be the triangulation of the domain, and sets up the coarsest one: its metric at all
+  /// vertices, all of them awake.
+  NestedBuild(MeshEdit& edit, PliantLoop& loop, std::shared_ptr<const MetricField> field,
+              const LoopSettings& settings);
+
+  /// What the loop has to follow on this level.
+  [[nodiscard]] const MetricField& field() const { return *level_field_; }
+  /// Levels still to come after this one; 0 on the last.
+  [[nodiscard]] int levels_left() const { return level_; }
+
+  /// Refines the converged mesh and sets up the next level. @pre levels_left() > 0
+  void NextLevel();
+
+  /// Gives up the levels that are left: the full metric at all vertices, all of them awake, with
+  /// the settings of an update.
+  void Finish();
+
+ private:
+  void StartLevel(int level, const LoopSettings& settings);
+
+  MeshEdit& edit_;
+  PliantLoop& loop_;
+  std::shared_ptr<const MetricField> field_;
+  std::shared_ptr<const MetricField> level_field_;
+  LoopSettings settings_;
+  int level_ = 0;
+};
+
+}  // namespace pliant
