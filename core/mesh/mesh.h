@@ -145,6 +145,7 @@ class Mesh {
 
  private:
   friend class MeshEdit;
+  friend class MeshBreaker;  // Of validate_test.cc: makes every fault that Validate looks for.
 
   std::vector<VertexRecord> vertices_;
   std::vector<TriangleRecord> triangles_;

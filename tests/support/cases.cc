@@ -93,9 +93,8 @@ Case DiscCase(double node_count, DiscState state) {
 }
 
 Case JumpCase() {
-  return {Rectangle({0, 0}, {1, 1}), MakeField([](Vec2 p) {
-            return Metric::Isotropic(p.x < 0.83 ? 0.1 : 0.005);
-          })};
+  return {Rectangle({0, 0}, {1, 1}),
+          MakeField([](Vec2 p) { return Metric::Isotropic(p.x < 0.83 ? 0.1 : 0.005); })};
 }
 
 Case CheckerboardCase() {
@@ -110,8 +109,8 @@ Case CheckerboardCase() {
 Case ConstantCase(double node_count) {
   const double scale = node_count * kSqrt3Half;
   return {Rectangle({0, 0}, {1, 1}), MakeField([scale](Vec2) {
-            return scale * AcrossNormal({0.5, 0.8660254037844386}, 1 / std::sqrt(20.0),
-                                        std::sqrt(20.0));
+            return scale *
+                   AcrossNormal({0.5, 0.8660254037844386}, 1 / std::sqrt(20.0), std::sqrt(20.0));
           })};
 }
 
