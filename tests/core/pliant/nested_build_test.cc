@@ -1,0 +1,79 @@
+#include "core/pliant/nested_build.h"
+
+#include <gtest/gtest.h>
+
+#include <utility>
+
+#include "core/delaunay/import_mesh.h"
+#include "core/mesh/validate.h"
+#include "core/pliant/quality.h"
+#include "core/pliant/remesher.h"
+#include "tests/support/cases.h"
+
+namespace pliant {
+namespace {
+
+// Goal: every level is a valid mesh for a metric four times coarser than the next one's.
+TEST(NestedBuild, QuadruplesFromLevelToLevelAndStaysValid) {
+  testing::Case gaussian = testing::GaussianCase(20000);
+  const auto plan = PlanDomain(gaussian.domain);
+  ASSERT_TRUE(plan.ok());
+  Mesh mesh;
+  MeshEdit edit(mesh);
+  BuildFromPlan(*plan, edit);
+  PliantLoop loop(edit, Options{});
+  NestedBuild build(edit, loop, std::move(gaussian.field), SettingsOf(Options{}));
+  EXPECT_EQ(build.levels_left(), 3);
+  double expected = 20000 / 64.0;
+  for (;;) {
+    ASSERT_EQ(loop.Run(build.field(), Budget{}), StopReason::kConverged);
+    ASSERT_EQ(Validate(mesh), std::vector<std::string>());
+    EXPECT_NEAR(mesh.vertex_count() / expected, 1, 0.15) << build.levels_left() << " levels left";
+    expected *= 4;
+    if (build.levels_left() == 0) break;
+    build.NextLevel();
+    ASSERT_EQ(Validate(mesh), std::vector<std::string>());
+  }
+}
+
+/// Builds a case with a variant and measures it.
+Quality BuildAndMeasure(testing::Case test_case, Variant variant) {
+  Options options;
+  options.variant = variant;
+  auto remesher = Remesher::Create(test_case.domain, std::move(test_case.field), options).value();
+  EXPECT_TRUE(remesher->Step(Budget{}).ok());
+  remesher->Commit();
+  EXPECT_EQ(Validate(remesher->mesh()), std::vector<std::string>());
+  return MeasureQuality(remesher->mesh(), remesher->field());
+}
+
+TEST(NestedBuild, IsBetterThanTheCooledLoop) {
+  const auto cases = {&testing::GaussianCase, &testing::SharpShockCase};
+  for (const auto make : cases) {
+    const Quality nested = BuildAndMeasure(make(10000), Variant::kNested);
+    const Quality cooled = BuildAndMeasure(make(10000), Variant::kCooled);
+    EXPECT_GT(nested.q_mean, cooled.q_mean);
+    EXPECT_GT(nested.q_mean, 0.98);
+    EXPECT_GT(nested.integrated.share_125, 0.98);
+    EXPECT_NEAR(static_cast<double>(nested.vertex_count), 10000, 500);
+  }
+}
+
+// Goal: a commit before the last level is a valid mesh, and going on from it ends at full density.
+TEST(NestedBuild, CommitsAtACoarseLevelAndGoesOn) {
+  testing::Case gaussian = testing::GaussianCase(8000);
+  auto remesher = Remesher::Create(gaussian.domain, std::move(gaussian.field), Options{}).value();
+  Budget budget;
+  budget.visits_max = 3000;
+  ASSERT_EQ(remesher->Step(budget)->stop_reason, StopReason::kVisitBudget);
+  remesher->Commit();
+  EXPECT_EQ(Validate(remesher->mesh()), std::vector<std::string>());
+  EXPECT_LT(remesher->mesh().vertex_count(), 4000);
+  ASSERT_EQ(remesher->Step(Budget{})->stop_reason, StopReason::kConverged);
+  remesher->Commit();
+  EXPECT_EQ(Validate(remesher->mesh()), std::vector<std::string>());
+  EXPECT_NEAR(remesher->mesh().vertex_count(), 8000, 500);
+}
+
+}  // namespace
+}  // namespace pliant
