@@ -21,7 +21,6 @@ v1::CreateSession CreateMessage(const Start& start, const MetricSpec& metric,
     *create.mutable_mesh() = ToWire(std::get<MeshData>(start), columns);
   }
   *create.mutable_metric() = ToWire(metric, columns);
-  SetGradation(settings.options, *create.mutable_metric());
   *create.mutable_options() = ToWire(settings.options);
   for (const auto& [key, value] : settings.labels) (*create.mutable_labels())[key] = value;
   return create;

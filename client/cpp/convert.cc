@@ -208,6 +208,8 @@ v1::MetricUpdate ToWire(const MetricSpec& metric, ColumnWriter& columns) {
   limits.set_size_min(metric.bounds.size_min);
   limits.set_size_max(metric.bounds.size_max);
   limits.set_anisotropy_max(metric.bounds.anisotropy_max);
+  limits.set_gradation(metric.gradation.gradation);
+  limits.set_rotation(metric.gradation.rotation);
   return message;
 }
 
@@ -253,10 +255,6 @@ v1::SessionOptions ToWire(const Options& options) {
   if (!options.permissions.swap) message.add_restrictions(v1::RESTRICTION_NO_SWAP);
   if (!options.permissions.move) message.add_restrictions(v1::RESTRICTION_NO_MOVE);
   return message;
-}
-
-void SetGradation(const Options& options, v1::MetricUpdate& metric) {
-  if (options.gradation != 0) metric.mutable_limits()->set_gradation(options.gradation);
 }
 
 v1::Advance ToWire(const AdvanceOptions& options) {

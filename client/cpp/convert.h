@@ -35,10 +35,8 @@ struct VertexTensors {
 [[nodiscard]] v1::MetricUpdate ToWire(const VertexTensors& update, wire::ColumnWriter& columns);
 
 /// Only what differs from the defaults, so that a server with tighter limits is not asked for more
-/// than the user did. The gradation is no part of it: see SetGradation.
+/// than the user did.
 [[nodiscard]] v1::SessionOptions ToWire(const Options& options);
-/// On the wire the gradation is a limit of the metric; it can only be chosen at creation.
-void SetGradation(const Options& options, v1::MetricUpdate& metric);
 
 [[nodiscard]] v1::Advance ToWire(const AdvanceOptions& options);
 

@@ -44,10 +44,10 @@ TEST(Client, CreateSendsDomainMetricAndOptions) {
   settings.session_id = "wing";
   settings.labels["solver"] = "toy";
   settings.options.seed = ~std::uint64_t{0};
-  settings.options.gradation = 1.5;
   MetricSpec metric;
   metric.source = ExpressionMetric{"1", "0", "4"};
   metric.bounds.size_min = 0.25;
+  metric.gradation = {.gradation = 1.5, .rotation = 0.7};
   const auto session = client.CreateSession(Square(), metric, settings);
   ASSERT_TRUE(session.ok()) << session.error().message;
   EXPECT_EQ((*session)->id(), "s1");
@@ -61,6 +61,7 @@ TEST(Client, CreateSendsDomainMetricAndOptions) {
   EXPECT_EQ(created.metric().sources(0).expression().m22(), "4");
   EXPECT_EQ(created.metric().limits().size_min(), 0.25);
   EXPECT_EQ(created.metric().limits().gradation(), 1.5);
+  EXPECT_EQ(created.metric().limits().rotation(), 0.7);
 }
 
 TEST(Client, CreateSendsALargeMeshAheadInChunks) {

@@ -88,7 +88,8 @@ TEST(Convert, AMetricSaysEverythingAboutItself) {
   EXPECT_TRUE(message.limits().has_size_min());
   EXPECT_TRUE(message.limits().has_size_max());
   EXPECT_TRUE(message.limits().has_anisotropy_max());
-  EXPECT_FALSE(message.limits().has_gradation()) << "only creation may choose it";
+  EXPECT_TRUE(message.limits().has_gradation());
+  EXPECT_TRUE(message.limits().has_rotation());
 }
 
 TEST(Convert, ABackgroundMetricCarriesItsMesh) {

@@ -1,12 +1,17 @@
-#include <pliant/core/base/result.h>
-#include <pliant/core/geometry/domain.h>
+#include <pliant/core/pliant/remesher.h>
 
 #include <iostream>
 
-// Both a header-only type and a function of the library, so that headers and linking are tried.
+// A mesh of the unit square by a metric by expression: the core with all it links to.
 int main() {
-  const pliant::Segment segment{.a = 0, .b = 1, .tag = 7};
-  const auto name = pliant::ErrorCodeName(pliant::ErrorCode::kOpenLoop);
-  std::cout << name << " " << segment.tag << "\n";
-  return name == "OPEN_LOOP" ? 0 : 1;
+  pliant::Domain square;
+  square.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  square.segments = {{0, 1, 1}, {1, 2, 2}, {2, 3, 3}, {3, 0, 4}};
+  pliant::MetricSpec metric;
+  metric.source = pliant::SizeMetric{"0.1 + 0.1*x"};
+  auto remesher = pliant::Remesher::Create(square, metric, {});
+  if (!remesher.ok() || !(*remesher)->Step({}).ok()) return 1;
+  const auto summary = (*remesher)->Commit().summary;
+  std::cout << summary.vertex_count << " vertices\n";
+  return summary.vertex_count > 50 && summary.vertex_count < 200 ? 0 : 1;
 }
