@@ -76,7 +76,7 @@ def run(client, steps, h_min, h_max):
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n")[0])
     parser.add_argument("--steps", type=int, default=20, help="time steps")
-    parser.add_argument("--h-min", type=float, default=0.005, help="edge length across the front")
+    parser.add_argument("--h-min", type=float, default=0.002, help="edge length across the front")
     parser.add_argument("--h-max", type=float, default=0.1, help="edge length far away")
     parser.add_argument("--address", help="of a server; default: starts a private one")
     arguments = parser.parse_args()

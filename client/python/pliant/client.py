@@ -1,5 +1,6 @@
 """The connection to a server."""
 
+import atexit
 import weakref
 from dataclasses import dataclass
 from typing import Any, List, Mapping, Optional
@@ -57,6 +58,9 @@ class Client:
         # A server that we have just started may need a moment more; any other one is there or not.
         info = call(get_info, session_pb2.GetServerInfoRequest(), timeout=_CONNECT_S_MAX,
                     wait_for_ready=server is not None)
+        if server is not None:
+            # The connection first: a server that ends waits for connections that nobody polls.
+            atexit.register(self.close)
         self.version: str = info.version
         self.capabilities = frozenset(info.capabilities)
         self.limits = dict(info.limits)
@@ -150,6 +154,7 @@ class Client:
             session.close()
         self._channel.close()
         if self._server is not None:
+            atexit.unregister(self.close)
             self._server.stop()
 
     def __enter__(self) -> "Client":

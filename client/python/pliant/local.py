@@ -1,6 +1,5 @@
 """A private server for one program."""
 
-import atexit
 import os
 import pathlib
 import shutil
@@ -75,6 +74,9 @@ class LocalServer:
         self._log_path = os.path.join(self._folder, "pliantd.log")
         socket = os.path.join(self._folder, "socket")
         self.address = f"unix:{socket}"
+        if not any(argument.startswith("--drain-ms") for argument in arguments):
+            # Nobody but us is connected, and we have let go before we end the server.
+            arguments = ["--drain-ms", "1000", *arguments]
         with open(self._log_path, "wb") as log:
             # -I -S: the guard needs nothing but the standard library, and starts in 10 ms.
             self._guard: Optional[subprocess.Popen] = subprocess.Popen(
@@ -82,7 +84,6 @@ class LocalServer:
                  self._folder, pliantd, "--listen", self.address, *arguments],
                 stdin=subprocess.PIPE, stdout=log, stderr=log, start_new_session=True)
         self._socket = socket
-        atexit.register(self.stop)
 
     def wait_until_ready(self, timeout_s: float) -> None:
         """Returns once the socket is there. Raises Unavailable if that does not happen."""
@@ -104,7 +105,6 @@ class LocalServer:
         guard, self._guard = self._guard, None
         if guard is None:
             return
-        atexit.unregister(self.stop)
         guard.stdin.close()
         guard.wait()
         shutil.rmtree(self._folder, ignore_errors=True)
