@@ -1,0 +1,179 @@
+#include "server/config.h"
+
+#include <yaml-cpp/yaml.h>
+
+#include <CLI/CLI.hpp>
+#include <fstream>
+#include <map>
+#include <sstream>
+#include <utility>
+
+namespace pliant::server {
+namespace {
+
+const std::map<std::string, LogLevel> kLogLevels = {{"debug", LogLevel::kDebug},
+                                                    {"info", LogLevel::kInfo},
+                                                    {"warning", LogLevel::kWarning},
+                                                    {"error", LogLevel::kError}};
+const std::map<std::string, LogFormat> kLogFormats = {{"text", LogFormat::kText},
+                                                      {"json", LogFormat::kJson}};
+
+// Sets the field of a key from YAML; false if there is no such key. Throws YAML's exceptions.
+bool SetKey(const std::string& key, const YAML::Node& value, Config& config) {
+  if (key == "listen") {
+    config.listen = value.as<std::string>();
+  } else if (key == "insecure-any-address") {
+    config.exposure = value.as<bool>() ? Exposure::kAnyAddress : Exposure::kLocalOnly;
+  } else if (key == "port-file") {
+    config.port_file = value.as<std::string>();
+  } else if (key == "workers") {
+    config.workers = value.as<int>();
+  } else if (key == "sessions-max") {
+    config.sessions_max = value.as<std::size_t>();
+  } else if (key == "vertices-max") {
+    config.vertices_max = value.as<std::int32_t>();
+  } else if (key == "drain-ms") {
+    config.drain_ms = value.as<std::int64_t>();
+  } else if (key == "log-level" && kLogLevels.contains(value.as<std::string>())) {
+    config.log_level = kLogLevels.at(value.as<std::string>());
+  } else if (key == "log-format" && kLogFormats.contains(value.as<std::string>())) {
+    config.log_format = kLogFormats.at(value.as<std::string>());
+  } else if (key == "data" && value.as<std::string>() == "none") {
+    // The only kind of store so far; the key is there so that a file can say it.
+  } else {
+    return false;
+  }
+  return true;
+}
+
+Result<std::string> ReadFile(const std::string& path) {
+  std::ifstream file(path);
+  if (!file) {
+    return Error{ErrorCode::kFileNotFound, "cannot open the configuration file " + path, "config"};
+  }
+  std::ostringstream text;
+  text << file.rdbuf();
+  return std::move(text).str();
+}
+
+bool IsLoopback(const std::string& listen) {
+  if (listen.starts_with("unix:")) return true;
+  const std::size_t colon = listen.rfind(':');
+  const std::string host = listen.substr(0, colon);
+  return host == "localhost" || host == "[::1]" || host.starts_with("127.");
+}
+
+void AddFlags(CLI::App& app, Config& config, std::string& config_path, std::string& data) {
+  app.add_option("--config", config_path, "YAML file with these options as keys; flags win");
+  app.add_option("--listen", config.listen,
+                 "Address to serve: HOST:PORT (port 0: a free one) or unix:/path")
+      ->capture_default_str();
+  app.add_flag_callback(
+      "--insecure-any-address", [&config] { config.exposure = Exposure::kAnyAddress; },
+      "Allow an address that other machines reach: no encryption, no login");
+  app.add_option("--port-file", config.port_file,
+                 "Write the bound address into this file once the server answers");
+  app.add_option("--workers", config.workers, "Worker threads; 0: one for each core")
+      ->capture_default_str();
+  app.add_option("--sessions-max", config.sessions_max, "Sessions at once")->capture_default_str();
+  app.add_option("--vertices-max", config.vertices_max, "Vertices of one session")
+      ->capture_default_str();
+  app.add_option("--drain-ms", config.drain_ms,
+                 "At SIGTERM: time for running work and streams to end, in ms")
+      ->capture_default_str();
+  app.add_option("--data", data, "Where sessions are kept; only `none`, in memory, so far")
+      ->capture_default_str()
+      ->check(CLI::IsMember({"none"}));
+  app.add_option("--log-level", config.log_level, "debug, info, warning or error")
+      ->transform(CLI::CheckedTransformer(kLogLevels).description(""))
+      ->default_str("info");
+  app.add_option("--log-format", config.log_format, "text or json (one object a line)")
+      ->transform(CLI::CheckedTransformer(kLogFormats).description(""))
+      ->default_str("text");
+}
+
+}  // namespace
+
+Result<std::variant<Config, ExitRequest>> ParseConfig(int argc, const char* const* argv) {
+  // Twice: first to learn the file's name, then, over the file's values, for good.
+  Config config;
+  for (int pass = 0; pass < 2; ++pass) {
+    CLI::App app("pliantd: keeps triangle meshes and adapts them to what clients send", "pliantd");
+    app.set_version_flag("--version", "pliantd " PLIANT_VERSION);
+    app.footer("Without --data a session lives in memory until it is deleted or the server ends.");
+    std::string config_path;
+    std::string data = "none";
+    AddFlags(app, config, config_path, data);
+    try {
+      app.parse(argc, argv);
+    } catch (const CLI::ParseError& error) {
+      if (error.get_exit_code() == 0) {
+        std::ostringstream out;
+        app.exit(error, out, out);
+        return std::variant<Config, ExitRequest>(ExitRequest{std::move(out).str(), 0});
+      }
+      return Error{ErrorCode::kOutOfRange,
+                   std::string(error.what()) + "; pliantd --help lists the options", "argv"};
+    }
+    if (pass == 1 || config_path.empty()) break;
+    PLIANT_ASSIGN_OR_RETURN(const std::string text, ReadFile(config_path));
+    PLIANT_ASSIGN_OR_RETURN(config, ParseYaml(text, Config{}));
+  }
+  PLIANT_RETURN_IF_ERROR(CheckConfig(config));
+  return std::variant<Config, ExitRequest>(std::move(config));
+}
+
+Result<Config> ParseYaml(const std::string& text, Config config) {
+  std::string key;
+  try {
+    const YAML::Node root = YAML::Load(text);
+    if (root.IsNull()) return config;
+    if (!root.IsMap()) {
+      return Error{ErrorCode::kFileSyntax, "the configuration file is not a map of keys", "config"};
+    }
+    for (const auto& entry : root) {
+      key = entry.first.as<std::string>();
+      if (!SetKey(key, entry.second, config)) {
+        return Error{ErrorCode::kFileUnsupported,
+                     "the configuration file has an unknown key or value at '" + key +
+                         "'; pliantd --help lists the options, which are the keys",
+                     key};
+      }
+    }
+  } catch (const YAML::Exception& error) {
+    return Error{ErrorCode::kFileSyntax, std::string("the configuration file: ") + error.what(),
+                 key};
+  }
+  return config;
+}
+
+Status CheckConfig(const Config& config) {
+  const auto out_of_range = [](std::string message, std::string key) {
+    return Error{ErrorCode::kOutOfRange, std::move(message), std::move(key)};
+  };
+  if (!config.listen.starts_with("unix:") && config.listen.rfind(':') == std::string::npos) {
+    return out_of_range("--listen " + config.listen + " is neither HOST:PORT nor unix:/path",
+                        "listen");
+  }
+  if (config.exposure == Exposure::kLocalOnly && !IsLoopback(config.listen)) {
+    return out_of_range("--listen " + config.listen +
+                            " can be reached from other machines, without encryption or login; "
+                            "add --insecure-any-address if that is meant",
+                        "listen");
+  }
+  if (config.workers < 0 || config.workers > kWorkersMax) {
+    return out_of_range("--workers is " + std::to_string(config.workers) + "; allowed are 0 to " +
+                            std::to_string(kWorkersMax),
+                        "workers");
+  }
+  if (config.sessions_max < 1) return out_of_range("--sessions-max must be >= 1", "sessions-max");
+  if (config.vertices_max < 3 || config.vertices_max > 100'000'000) {
+    return out_of_range("--vertices-max must be 3 to 100,000,000", "vertices-max");
+  }
+  if (config.drain_ms < 0 || config.drain_ms > 3'600'000) {
+    return out_of_range("--drain-ms must be 0 to 3,600,000", "drain-ms");
+  }
+  return {};
+}
+
+}  // namespace pliant::server

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <variant>
+
+#include "core/base/result.h"
+#include "server/limits.h"
+#include "server/log.h"
+
+namespace pliant::server {
+
+/// Whether an address that other machines can reach is accepted. There is no encryption and no
+/// login yet, so that must be asked for by name.
+enum class Exposure { kLocalOnly, kAnyAddress };
+
+/// How a server runs. Each field is a flag (`--listen`) and a key of the YAML file (`listen`).
+struct Config {
+  /// "127.0.0.1:7447", "[::1]:7447", "localhost:0" (0: a free port) or "unix:/path".
+  std::string listen = "127.0.0.1:7447";
+  Exposure exposure = Exposure::kLocalOnly;
+  /// Written with the bound address once the server answers; empty: none.
+  std::string port_file = {};
+  /// Worker threads; 0: one for each core.
+  int workers = 0;
+  std::size_t sessions_max = kSessionsMaxDefault;
+  std::int32_t vertices_max = kVerticesMaxDefault;
+  std::int64_t drain_ms = kDrainMsDefault;
+  LogLevel log_level = LogLevel::kInfo;
+  LogFormat log_format = LogFormat::kText;
+};
+
+/// Text to print and an exit status: --help, --version.
+struct ExitRequest {
+  std::string text;
+  int status = 0;
+};
+
+/// Reads flags, and the YAML file that --config names; a flag wins over the file.
+///
+/// Errors: kOutOfRange, kFileNotFound, kFileSyntax (with `field` = the key), kFileUnsupported for a
+/// key that is none.
+[[nodiscard]] Result<std::variant<Config, ExitRequest>> ParseConfig(int argc,
+                                                                    const char* const* argv);
+
+/// The same from the text of a YAML file, over the given values.
+[[nodiscard]] Result<Config> ParseYaml(const std::string& text, Config config);
+
+/// Checks what no single value shows: ranges, and that the address is local unless exposure says
+/// otherwise. Error: kOutOfRange.
+[[nodiscard]] Status CheckConfig(const Config& config);
+
+}  // namespace pliant::server

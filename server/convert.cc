@@ -1,0 +1,452 @@
+#include "server/convert.h"
+
+#include <algorithm>
+#include <cmath>
+#include <string_view>
+#include <utility>
+
+#include "server/convert_array.h"
+#include "server/convert_mesh.h"
+#include "server/limits.h"
+
+namespace pliant::server {
+namespace {
+
+Error RangeError(std::string message, std::string field) {
+  return {ErrorCode::kOutOfRange, std::move(message), std::move(field)};
+}
+
+Error NotYet(const std::string& what, std::string field) {
+  return {ErrorCode::kUnimplemented,
+          what + " is not implemented by this server; GetServerInfo lists what is",
+          std::move(field)};
+}
+
+// --- Metrics ----------------------------------------------------------------------------------
+
+Status CheckExpression(const std::string& text, const std::string& field) {
+  if (text.empty()) {
+    return Error{ErrorCode::kEmpty, field + " is empty; an expression in x, y and t is needed",
+                 field};
+  }
+  if (text.size() > kExpressionLengthMax) {
+    return Error{ErrorCode::kTooLarge,
+                 field + " has " + std::to_string(text.size()) + " characters; allowed are " +
+                     std::to_string(kExpressionLengthMax),
+                 field};
+  }
+  return {};
+}
+
+Result<std::vector<Metric>> ReadTensors(const v1::Array& array, std::size_t count) {
+  PLIANT_ASSIGN_OR_RETURN(std::vector<Metric> tensors, ReadRows<Metric>(array, "metric.tensors"));
+  if (tensors.size() != count) {
+    return Error{ErrorCode::kArrayLength,
+                 "metric.tensors has " + std::to_string(tensors.size()) + " rows; expected " +
+                     std::to_string(count) + ", one for each vertex",
+                 "metric.tensors"};
+  }
+  return tensors;
+}
+
+// The source where it is a field over the plane; VertexMetric is not.
+using FieldSource = std::variant<ExpressionMetric, SizeMetric, BackgroundMetric>;
+
+Result<FieldSource> ConvertSource(const v1::MetricSource& wire) {
+  switch (wire.source_case()) {
+    case v1::MetricSource::kExpression: {
+      const v1::ExpressionMetric& e = wire.expression();
+      PLIANT_RETURN_IF_ERROR(CheckExpression(e.m11(), "metric.m11"));
+      PLIANT_RETURN_IF_ERROR(CheckExpression(e.m12(), "metric.m12"));
+      PLIANT_RETURN_IF_ERROR(CheckExpression(e.m22(), "metric.m22"));
+      return FieldSource(ExpressionMetric{e.m11(), e.m12(), e.m22()});
+    }
+    case v1::MetricSource::kSize:
+      PLIANT_RETURN_IF_ERROR(CheckExpression(wire.size().size(), "metric.size"));
+      return FieldSource(SizeMetric{wire.size().size()});
+    case v1::MetricSource::kBackground: {
+      BackgroundMetric background;
+      PLIANT_ASSIGN_OR_RETURN(background.mesh,
+                              ConvertMesh(wire.background().mesh(), "metric.background.mesh"));
+      PLIANT_ASSIGN_OR_RETURN(background.tensors, ReadTensors(wire.background().tensors(),
+                                                              background.mesh.points.size()));
+      return FieldSource(std::move(background));
+    }
+    case v1::MetricSource::kVertices:
+      return Error{ErrorCode::kProtocolOrder,
+                   "tensors at vertices need vertices: create the session from a mesh, or give "
+                   "another metric first and send tensors once there is a revision",
+                   "metric.sources"};
+    case v1::MetricSource::kGrid:
+      return NotYet("A metric on a grid", "metric.sources");
+    case v1::MetricSource::kDistance:
+      return NotYet("A metric by distance", "metric.sources");
+    case v1::MetricSource::kSolution:
+      return NotYet("A metric from a solution", "metric.sources");
+    case v1::MetricSource::SOURCE_NOT_SET:
+      break;
+  }
+  return Error{ErrorCode::kEmpty, "the metric source has no kind", "metric.sources"};
+}
+
+Result<MetricUpdate> ConvertLimits(const v1::MetricUpdate& wire) {
+  MetricUpdate update;
+  if (wire.has_time()) {
+    if (!std::isfinite(wire.time())) {
+      return Error{ErrorCode::kNotFinite, "metric.time is NaN or infinite", "metric.time"};
+    }
+    update.time = wire.time();
+  }
+  if (wire.has_displacement()) return NotYet("A displacement", "metric.displacement");
+  const v1::MetricLimits& limits = wire.limits();
+  if (limits.has_size_min()) update.size_min = limits.size_min();
+  if (limits.has_size_max()) update.size_max = limits.size_max();
+  if (limits.has_anisotropy_max()) update.anisotropy_max = limits.anisotropy_max();
+  if (limits.has_gradation()) update.gradation = limits.gradation();
+  if (limits.has_rotation()) update.rotation = limits.rotation();
+  if (limits.geometry() != 0) return NotYet("The geometry limit", "metric.limits.geometry");
+  if (limits.gap_element_count() != 0) {
+    return NotYet("The gap limit", "metric.limits.gap_element_count");
+  }
+  if (limits.smoothing_count() != 0) {
+    return NotYet("Smoothing of tensors", "metric.limits.smoothing_count");
+  }
+  return update;
+}
+
+Result<const v1::MetricSource*> OnlySource(const v1::MetricUpdate& update) {
+  if (update.sources_size() > 1) {
+    return NotYet("The intersection of several metric sources", "metric.sources");
+  }
+  return update.sources_size() == 1 ? &update.sources(0) : nullptr;
+}
+
+Result<MetricSpec> ConvertFirstMetric(const v1::CreateSession& create,
+                                      const std::variant<Domain, MeshData>& start) {
+  MetricSpec spec;
+  PLIANT_ASSIGN_OR_RETURN(const v1::MetricSource* source, OnlySource(create.metric()));
+  if (source == nullptr) {
+    return Error{ErrorCode::kEmpty, "a session needs a metric: set metric.sources",
+                 "metric.sources"};
+  }
+  const MeshData* mesh = std::get_if<MeshData>(&start);
+  if (source->has_vertices() && mesh != nullptr) {
+    const v1::VertexMetric& vertices = source->vertices();
+    if (vertices.revision() != 0 || vertices.has_vertex_ids()) {
+      return RangeError(
+          "at creation, tensors are those of all points of the mesh: leave out revision and "
+          "vertex_ids",
+          "metric.vertex_ids");
+    }
+    PLIANT_ASSIGN_OR_RETURN(std::vector<Metric> tensors,
+                            ReadTensors(vertices.tensors(), mesh->points.size()));
+    spec.source = BackgroundMetric{*mesh, std::move(tensors)};
+  } else {
+    PLIANT_ASSIGN_OR_RETURN(spec.source, ConvertSource(*source));
+  }
+  PLIANT_ASSIGN_OR_RETURN(const MetricUpdate limits, ConvertLimits(create.metric()));
+  spec.time = limits.time.value_or(0);
+  spec.bounds = {.size_min = limits.size_min.value_or(0),
+                 .size_max = limits.size_max.value_or(0),
+                 .anisotropy_max = limits.anisotropy_max.value_or(0)};
+  spec.gradation = {.gradation = limits.gradation.value_or(0),
+                    .rotation = limits.rotation.value_or(0)};
+  return spec;
+}
+
+Result<VertexTensors> ConvertVertexMetric(const v1::VertexMetric& wire) {
+  VertexTensors update;
+  update.revision = Revision(wire.revision());
+  if (!wire.has_vertex_ids()) {
+    PLIANT_ASSIGN_OR_RETURN(update.tensors, ReadRows<Metric>(wire.tensors(), "metric.tensors"));
+    return update;
+  }
+  PLIANT_ASSIGN_OR_RETURN(update.vertices,
+                          ReadRows<VertexId>(wire.vertex_ids(), "metric.vertex_ids"));
+  PLIANT_ASSIGN_OR_RETURN(update.tensors, ReadTensors(wire.tensors(), update.vertices->size()));
+  return update;
+}
+
+// --- Options ----------------------------------------------------------------------------------
+
+Status ApplyEnums(const v1::SessionOptions& wire, Options& options) {
+  if (wire.has_variant()) {
+    switch (wire.variant()) {
+      case v1::VARIANT_COOLED:
+        options.variant = Variant::kCooled;
+        break;
+      case v1::VARIANT_PAPER:
+        options.variant = Variant::kPaper;
+        break;
+      default:
+        return RangeError("options.variant is no known variant", "options.variant");
+    }
+  }
+  if (wire.has_smoothing()) {
+    switch (wire.smoothing()) {
+      case v1::SMOOTHING_PLIANT:
+        options.smoothing = Smoothing::kPliant;
+        break;
+      case v1::SMOOTHING_LAPLACIAN:
+        options.smoothing = Smoothing::kLaplacian;
+        break;
+      case v1::SMOOTHING_LENNARD_JONES:
+        options.smoothing = Smoothing::kLennardJones;
+        break;
+      case v1::SMOOTHING_BUBBLE:
+        options.smoothing = Smoothing::kBubble;
+        break;
+      default:
+        return RangeError("options.smoothing is no known smoothing", "options.smoothing");
+    }
+  }
+  for (const int restriction : wire.restrictions()) {
+    switch (restriction) {
+      case v1::RESTRICTION_NO_INSERT:
+        options.permissions.insert = false;
+        break;
+      case v1::RESTRICTION_NO_SWAP:
+        options.permissions.swap = false;
+        break;
+      case v1::RESTRICTION_NO_MOVE:
+        options.permissions.move = false;
+        break;
+      case v1::RESTRICTION_NO_SURFACE:
+        return NotYet("RESTRICTION_NO_SURFACE", "options.restrictions");
+      default:
+        return RangeError("options.restrictions has no known restriction", "options.restrictions");
+    }
+  }
+  return {};
+}
+
+// Ranges of single options are the engine's to check.
+Result<Options> ConvertOptions(const v1::CreateSession& create, const RequestLimits& limits) {
+  const v1::SessionOptions& wire = create.options();
+  Options options;
+  PLIANT_RETURN_IF_ERROR(ApplyEnums(wire, options));
+  if (wire.has_seed()) options.seed = static_cast<std::uint64_t>(wire.seed());
+  if (wire.has_step()) options.step = wire.step();
+  if (wire.has_speed_threshold()) options.speed_threshold = wire.speed_threshold();
+  if (wire.has_age_cooling()) options.age_cooling = wire.age_cooling();
+  if (wire.has_age_max()) options.age_max = wire.age_max();
+  if (wire.has_hops_max()) options.hops_max = wire.hops_max();
+  if (wire.has_metric_tolerance()) options.metric_tolerance = wire.metric_tolerance();
+  if (wire.has_visits_per_vertex_max()) {
+    options.visits_per_vertex_max = wire.visits_per_vertex_max();
+  }
+  options.vertices_max = std::min(options.vertices_max, limits.vertices_max);
+  if (wire.has_vertices_max()) {
+    if (wire.vertices_max() > limits.vertices_max) {
+      return RangeError("options.vertices_max is " + std::to_string(wire.vertices_max()) +
+                            "; this server allows " + std::to_string(limits.vertices_max),
+                        "options.vertices_max");
+    }
+    options.vertices_max = wire.vertices_max();
+  }
+  if (wire.has_history_bytes_max()) return NotYet("History", "options.history_bytes_max");
+  if (wire.has_durability() && wire.durability() != v1::DURABILITY_NONE) {
+    return NotYet("Durability other than DURABILITY_NONE", "options.durability");
+  }
+  return options;
+}
+
+Status CheckLabels(const v1::CreateSession& create) {
+  if (static_cast<std::size_t>(create.labels_size()) > kLabelsMax) {
+    return Error{
+        ErrorCode::kTooLarge,
+        std::to_string(create.labels_size()) + " labels; allowed are " + std::to_string(kLabelsMax),
+        "labels"};
+  }
+  for (const auto& [key, value] : create.labels()) {
+    if (key.empty() || key.size() > kLabelLengthMax || value.size() > kLabelLengthMax) {
+      return Error{ErrorCode::kTooLarge,
+                   "a label's key has 1 to " + std::to_string(kLabelLengthMax) +
+                       " bytes and its value at most as many",
+                   "labels"};
+    }
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<SessionInput> ConvertCreate(const v1::CreateSession& create, const RequestLimits& limits) {
+  SessionInput input;
+  if (!create.session_id().empty()) PLIANT_RETURN_IF_ERROR(CheckSessionId(create.session_id()));
+  input.session_id = create.session_id();
+  PLIANT_RETURN_IF_ERROR(CheckLabels(create));
+  input.labels.insert(create.labels().begin(), create.labels().end());
+  if (create.has_domain()) {
+    PLIANT_ASSIGN_OR_RETURN(input.engine.start, ConvertDomain(create.domain()));
+  } else if (create.has_mesh()) {
+    PLIANT_ASSIGN_OR_RETURN(input.engine.start, ConvertMesh(create.mesh(), "mesh"));
+  } else {
+    return Error{ErrorCode::kEmpty, "a session starts from a domain or a mesh: set one", "domain"};
+  }
+  PLIANT_ASSIGN_OR_RETURN(input.engine.metric, ConvertFirstMetric(create, input.engine.start));
+  PLIANT_ASSIGN_OR_RETURN(input.engine.options, ConvertOptions(create, limits));
+  const std::size_t point_count =
+      std::visit([](const auto& start) { return start.points.size(); }, input.engine.start);
+  if (point_count > static_cast<std::size_t>(input.engine.options.vertices_max)) {
+    return Error{ErrorCode::kTooLarge,
+                 std::to_string(point_count) + " points; options.vertices_max is " +
+                     std::to_string(input.engine.options.vertices_max),
+                 create.has_domain() ? "domain.points" : "mesh.points"};
+  }
+  return input;
+}
+
+Status CheckSessionId(const std::string& session_id) {
+  constexpr std::string_view kAllowed =
+      "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789_.-";
+  if (!session_id.empty() && session_id.size() <= kSessionIdLengthMax &&
+      session_id.find_first_not_of(kAllowed) == std::string::npos) {
+    return {};
+  }
+  return RangeError("a session id has 1 to " + std::to_string(kSessionIdLengthMax) +
+                        " characters of A-Z a-z 0-9 _ . -",
+                    "session_id");
+}
+
+Result<MetricUpdate> ConvertMetricUpdate(const v1::MetricUpdate& wire) {
+  PLIANT_ASSIGN_OR_RETURN(const v1::MetricSource* source, OnlySource(wire));
+  PLIANT_ASSIGN_OR_RETURN(MetricUpdate update, ConvertLimits(wire));
+  if (source == nullptr) return update;
+  if (source->has_vertices()) {
+    PLIANT_ASSIGN_OR_RETURN(update.source, ConvertVertexMetric(source->vertices()));
+    return update;
+  }
+  PLIANT_ASSIGN_OR_RETURN(FieldSource field, ConvertSource(*source));
+  std::visit([&](auto& value) { update.source = std::move(value); }, field);
+  return update;
+}
+
+Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance) {
+  AdvanceSpec spec;
+  if (advance.has_budget_visits()) {
+    if (advance.budget_visits() <= 0) {
+      return RangeError("advance.budget_visits is " + std::to_string(advance.budget_visits()) +
+                            "; it must be positive, or absent for no limit",
+                        "advance.budget_visits");
+    }
+    spec.visits_max = advance.budget_visits();
+  }
+  // A year: beyond it adding to a point in time could overflow.
+  constexpr std::int64_t kMsMax = std::int64_t{366} * 24 * 3600 * 1000;
+  if (advance.has_budget_ms()) {
+    if (advance.budget_ms() <= 0 || advance.budget_ms() > kMsMax) {
+      return RangeError("advance.budget_ms is " + std::to_string(advance.budget_ms()) +
+                            "; it must be positive and at most a year, or absent for no limit",
+                        "advance.budget_ms");
+    }
+    spec.time_max = std::chrono::milliseconds(advance.budget_ms());
+  }
+  if (advance.has_progress_interval_ms()) {
+    if (advance.progress_interval_ms() < kProgressIntervalMsMin ||
+        advance.progress_interval_ms() > kMsMax) {
+      return RangeError("advance.progress_interval_ms is " +
+                            std::to_string(advance.progress_interval_ms()) +
+                            "; it must be >= " + std::to_string(kProgressIntervalMsMin),
+                        "advance.progress_interval_ms");
+    }
+    spec.progress_interval = std::chrono::milliseconds(advance.progress_interval_ms());
+  }
+  if (advance.has_commit_interval_ms()) {
+    return NotYet("Committing while the loop runs", "advance.commit_interval_ms");
+  }
+  return spec;
+}
+
+UpdateCommand ConvertUpdate(const v1::EditRequest& request) {
+  UpdateCommand command;
+  command.update_id = request.update_id();
+  switch (request.command_case()) {
+    case v1::EditRequest::kMetric:
+      if (auto metric = ConvertMetricUpdate(request.metric()); metric.ok()) {
+        command.body = std::move(metric).value();
+      } else {
+        command.body = BadUpdate{metric.error()};
+      }
+      break;
+    case v1::EditRequest::kAdvance:
+      if (auto advance = ConvertAdvance(request.advance()); advance.ok()) {
+        command.body = *advance;
+      } else {
+        command.body = BadAdvance{advance.error()};
+      }
+      break;
+    case v1::EditRequest::kDiscard:
+      command.body = DiscardUpdate{};
+      break;
+    case v1::EditRequest::kBoundary:
+      command.body = BadUpdate{NotYet("Moving boundaries", "boundary")};
+      break;
+    case v1::EditRequest::kNodes:
+      command.body = BadUpdate{NotYet("Moving nodes", "nodes")};
+      break;
+    case v1::EditRequest::kDomain:
+      command.body = BadUpdate{NotYet("Replacing the domain", "domain")};
+      break;
+    case v1::EditRequest::kFields:
+      command.body = BadUpdate{NotYet("Fields on the server", "fields")};
+      break;
+    case v1::EditRequest::kConstraints:
+      command.body = BadUpdate{NotYet("Changing constraints", "constraints")};
+      break;
+    case v1::EditRequest::kOptions:
+      command.body = BadUpdate{NotYet("Changing options after creation", "options")};
+      break;
+    case v1::EditRequest::kRollback:
+      command.body = BadUpdate{NotYet("Rolling back", "rollback")};
+      break;
+    case v1::EditRequest::kOpen:
+    case v1::EditRequest::kChunk:
+    case v1::EditRequest::kCancel:
+    case v1::EditRequest::kAcknowledge:
+    case v1::EditRequest::COMMAND_NOT_SET:
+      PLIANT_CHECK(false, "command", static_cast<int>(request.command_case()));
+  }
+  return command;
+}
+
+Result<WantedParts> ConvertParts(const google::protobuf::RepeatedField<int>& parts) {
+  WantedParts wanted;
+  for (const int part : parts) {
+    switch (part) {
+      case v1::MESH_PART_METRIC:
+        wanted.metric = true;
+        break;
+      case v1::MESH_PART_RAW_METRIC:
+      case v1::MESH_PART_FIELDS:
+      case v1::MESH_PART_TRANSFER:
+        return NotYet(v1::MeshPart_Name(static_cast<v1::MeshPart>(part)), "parts");
+      default:
+        return RangeError("parts has no known part", "parts");
+    }
+  }
+  return wanted;
+}
+
+Result<OpenCommand> ConvertOpen(const v1::OpenEdit& open) {
+  PLIANT_RETURN_IF_ERROR(CheckSessionId(open.session_id()));
+  if (open.mirror_revision() < 0) {
+    return RangeError("open.mirror_revision is negative", "open.mirror_revision");
+  }
+  OpenCommand command{.mirror_revision = Revision(open.mirror_revision())};
+  if (!open.has_mirror_mode()) return command;
+  switch (open.mirror_mode()) {
+    case v1::MIRROR_MODE_FULL:
+      break;
+    case v1::MIRROR_MODE_NONE:
+      command.mirror = Mirror::kNone;
+      break;
+    case v1::MIRROR_MODE_POSITIONS:
+      return NotYet("MIRROR_MODE_POSITIONS", "open.mirror_mode");
+    default:
+      return RangeError("open.mirror_mode is no known mode", "open.mirror_mode");
+  }
+  return command;
+}
+
+}  // namespace pliant::server

@@ -1,0 +1,85 @@
+#include "server/creation.h"
+
+#include <utility>
+
+#include "server/convert_reply.h"
+#include "server/error_status.h"
+
+namespace pliant::server {
+
+Creation::Creation(const ServiceContext& context, grpc::CallbackServerContext* call,
+                   v1::CreateSessionResponse* response)
+    : context_(context), call_(call), response_(response) {
+  context_.calls->Begin();
+  StartRead(&request_);
+}
+
+void Creation::OnDone() {
+  context_.calls->End();
+  delete this;
+}
+
+void Creation::OnReadDone(bool ok) {
+  const Status status = ok ? Take(request_) : Begin();
+  if (!status.ok()) {
+    Finish(ToGrpcStatus(status.error()));
+  } else if (ok) {
+    StartRead(&request_);
+  }
+}
+
+Status Creation::Take(v1::CreateSessionRequest& request) {
+  if (create_) {
+    return Error{ErrorCode::kProtocolOrder, "nothing may follow `create`", "create"};
+  }
+  switch (request.message_case()) {
+    case v1::CreateSessionRequest::kChunk:
+      return blobs_.Add(std::move(*request.mutable_chunk()));
+    case v1::CreateSessionRequest::kCreate:
+      create_ = std::move(*request.mutable_create());
+      return {};
+    case v1::CreateSessionRequest::MESSAGE_NOT_SET:
+      break;
+  }
+  return Error{ErrorCode::kProtocolOrder, "the message is neither a chunk nor a create", "message"};
+}
+
+Status Creation::Begin() {
+  if (!create_) {
+    return Error{ErrorCode::kProtocolOrder, "the stream ended without `create`", "create"};
+  }
+  PLIANT_RETURN_IF_ERROR(blobs_.Resolve(*create_));
+  PLIANT_ASSIGN_OR_RETURN(SessionInput input, ConvertCreate(*create_, context_.limits));
+  create_.reset();
+  PLIANT_ASSIGN_OR_RETURN(const std::string id, context_.registry->Reserve(input.session_id));
+  const auto session = std::make_shared<Session>(context_.session, id, std::move(input.labels));
+  // This object lives until Finish, which only Complete calls from here on.
+  session->Start(std::move(input.engine),
+                 [this, session](const Status& status) { Complete(session, status); });
+  return {};
+}
+
+void Creation::Complete(const std::shared_ptr<Session>& session, const Status& status) {
+  const std::string& id = session->session_id();
+  if (!status.ok()) {
+    context_.registry->Remove(id);
+    context_.session.log->Info(
+        "create_refused",
+        {{"session", id}, {"reason", std::string(ErrorCodeName(status.error().code))}});
+    Finish(ToGrpcStatus(status.error()));
+    return;
+  }
+  if (call_->IsCancelled()) {
+    // Nobody knows the id, so nobody could ever delete the session.
+    context_.registry->Remove(id);
+    session->Close({ErrorCode::kCancelled, "the creator is gone", {}});
+    Finish(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
+    return;
+  }
+  context_.registry->Publish(session);
+  *response_->mutable_session() = ToSession(session->info());
+  context_.session.log->Info("create", {{"session", id}});
+  Finish(grpc::Status::OK);
+}
+
+}  // namespace pliant::server

@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+
+/// Every bound of the server, with its reason. Tests stand at each bound and one past it.
+namespace pliant::server {
+
+// Messages.
+
+/// Largest message that is read or sent, in bytes: a quarter of gRPC's default limit, so that no
+/// client has to raise anything.
+inline constexpr int kMessageBytesMax = 1 << 20;
+/// Largest piece of an array in one message, in bytes: large enough that framing costs nothing,
+/// small enough that a stream is never blocked for long by one message.
+inline constexpr std::size_t kChunkBytesMax = 512 << 10;
+/// Arrays up to this size are sent inside their message, in bytes: the dozen arrays of a diff then
+/// stay below kMessageBytesMax together.
+inline constexpr std::size_t kInlineBytesMax = 64 << 10;
+/// Complete blobs that wait for the message that names them: more than any message has arrays.
+inline constexpr std::size_t kBlobsPendingMax = 64;
+/// Bytes of blobs that wait, or are being sent, on one stream: a background mesh of ten million
+/// vertices fits; a client that only sends chunks is stopped here.
+inline constexpr std::size_t kUploadBytesMax = std::size_t{1} << 30;
+
+// Streams.
+
+/// Commands of one edit stream that wait for their session. Beyond it the stream is not read, so
+/// that gRPC's flow control stops the client; more would only hide latency.
+inline constexpr std::size_t kInboxCommandsMax = 64;
+/// Bytes of those commands; one command more may be held, whatever its size.
+inline constexpr std::size_t kInboxBytesMax = 64 << 20;
+/// Bytes of answers that wait for a slow reader. Beyond it the session takes no further command of
+/// that stream; the answer to one command more may be held, whatever its size.
+inline constexpr std::size_t kOutboxBytesMax = 8 << 20;
+/// Calls (GetMesh, GetQuality) that wait for one session; beyond it they are refused and the
+/// client may retry. An answer can be as large as the mesh, so few of them are held.
+inline constexpr std::size_t kCallsMax = 16;
+/// Answers to updates that a session remembers, so that a repeated update is not applied twice: a
+/// client has at most kInboxCommandsMax unanswered, so this covers many reconnections.
+inline constexpr std::size_t kUpdateResultsMax = 1024;
+/// Meshes that are being downloaded at once, over all sessions: a slow reader holds a copy of its
+/// mesh, and this bounds how many there are.
+inline constexpr int kDownloadsMax = 64;
+/// Least progress interval, in ms: faster than a person or a monitor can use.
+inline constexpr std::int64_t kProgressIntervalMsMin = 10;
+
+// Scheduling.
+
+/// Time that a session computes before the next one gets its turn, in ms: a small update waits for
+/// at most this per busy session and worker, and switching costs nothing beside it.
+inline constexpr std::int64_t kSliceMs = 2;
+/// Visits between two looks at the clock: about half a slice at a microsecond a visit.
+inline constexpr std::int64_t kVisitsPerStep = 1000;
+/// Commands that a session handles before the next one gets its turn, however quick they are.
+inline constexpr int kCommandsPerSlice = 16;
+/// Worker threads at most; a configuration beyond it is a mistake.
+inline constexpr int kWorkersMax = 256;
+
+// Sessions.
+
+/// Sessions at once unless configured otherwise: an empty one holds a few KiB.
+inline constexpr std::size_t kSessionsMaxDefault = 4096;
+/// Vertices of one session unless configured otherwise: about 2.5 GB in the core.
+inline constexpr std::int32_t kVerticesMaxDefault = 10'000'000;
+/// Characters of a session id.
+inline constexpr std::size_t kSessionIdLengthMax = 64;
+/// Characters of one expression: a person's formula is a tenth of it; evaluation cost grows with
+/// it.
+inline constexpr std::size_t kExpressionLengthMax = 4096;
+/// Labels of a session and characters of a key or a value: 1,000 sessions of a list with usual
+/// labels then fit into one message.
+inline constexpr std::size_t kLabelsMax = 16;
+inline constexpr std::size_t kLabelLengthMax = 64;
+/// Sessions on one page of a list, at most and by default.
+inline constexpr std::int32_t kPageSizeMax = 1000;
+inline constexpr std::int32_t kPageSizeDefault = 100;
+
+// Shutdown.
+
+/// Time that streams get to take their last messages at shutdown, in ms, unless configured.
+inline constexpr std::int64_t kDrainMsDefault = 10'000;
+/// Time for short calls and the last bytes of ended ones to leave after that, in ms.
+inline constexpr std::int64_t kLastWordsMs = 200;
+
+}  // namespace pliant::server

@@ -1,0 +1,75 @@
+// pliantd: the server's program. Flags in, a Server until a signal, an exit status out.
+#include <csignal>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <string>
+#include <utility>
+
+#include "server/clock.h"
+#include "server/config.h"
+#include "server/log.h"
+#include "server/server.h"
+
+namespace pliant::server {
+namespace {
+
+// Written next to the file and renamed, so that whoever waits for it never reads half of it.
+Status WritePortFile(const std::string& path, const std::string& address) {
+  const std::string draft = path + ".new";
+  std::ofstream file(draft);
+  file << address << "\n";
+  file.close();
+  if (!file || std::rename(draft.c_str(), path.c_str()) != 0) {
+    return Error{ErrorCode::kFileUnwritable, "cannot write the port file " + path, "port-file"};
+  }
+  return {};
+}
+
+Status Serve(const Config& config, const sigset_t& signals) {
+  const SystemClock clock;
+  const Log log(config.log_level, config.log_format);
+  PLIANT_ASSIGN_OR_RETURN(
+      const std::unique_ptr<Server> server,
+      Server::Start(config, {.clock = &clock, .log = &log, .engine_factory = RemesherFactory()}));
+  log.Info("serving",
+           {{"address", server->address()}, {"version", PLIANT_VERSION}, {"data", "none"}});
+  if (!config.port_file.empty()) {
+    PLIANT_RETURN_IF_ERROR(WritePortFile(config.port_file, server->address()));
+  }
+  int signal = 0;
+  sigwait(&signals, &signal);
+  server->Shutdown();
+  return {};
+}
+
+int Main(int argc, const char* const* argv) {
+  // Blocked before any thread starts, so that all threads inherit it and sigwait gets the signal.
+  sigset_t signals;
+  sigemptyset(&signals);
+  sigaddset(&signals, SIGTERM);
+  sigaddset(&signals, SIGINT);
+  pthread_sigmask(SIG_BLOCK, &signals, nullptr);
+  std::signal(SIGPIPE, SIG_IGN);
+
+  const auto parsed = ParseConfig(argc, argv);
+  if (!parsed.ok()) {
+    std::cerr << "pliantd: " << parsed.error().message << "\n";
+    return 2;
+  }
+  if (const auto* request = std::get_if<ExitRequest>(&*parsed)) {
+    std::cout << request->text;
+    return request->status;
+  }
+  const Status status = Serve(std::get<Config>(*parsed), signals);
+  if (!status.ok()) {
+    std::cerr << "pliantd: " << status.error().message << "\n";
+    return 1;
+  }
+  return 0;
+}
+
+}  // namespace
+}  // namespace pliant::server
+
+int main(int argc, char** argv) { return pliant::server::Main(argc, argv); }

@@ -1,0 +1,70 @@
+#pragma once
+
+#include <condition_variable>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "server/clock.h"
+
+namespace pliant::server {
+
+/// Something that computes in slices: a session.
+class Task {
+ public:
+  enum class Outcome {
+    kIdle,  ///< Nothing to do until the next Wake.
+    kMore,  ///< Wants another slice.
+  };
+  virtual ~Task() = default;
+
+  /// Works until about `slice_end`. Called by one worker at a time. Must not throw.
+  virtual Outcome RunSlice(Clock::Time slice_end) = 0;
+
+ private:
+  friend class Scheduler;
+  enum class State { kIdle, kQueued, kRunning, kRunningAndWoken };
+  State state_ = State::kIdle;  // Guarded by the scheduler's mutex.
+};
+
+/// Gives tasks time slices on a fixed pool of workers, each in its turn: whoever wakes up or used
+/// up a slice goes to the end of one queue. So with b busy tasks and w workers a task that wakes
+/// waits for at most ceil(b / w) slices, however much the busy ones have left to do.
+///
+/// *Invariants*: a task is in the queue at most once, and run by at most one worker; a Wake during
+/// a slice leads to another one.
+/// *Threads*: all functions from any thread; `mutex_` is a leaf lock: no task runs under it.
+class Scheduler {
+ public:
+  /// @param worker_count  0: no worker; tests run slices themselves with RunOne.
+  /// @param clock         not owned.
+  Scheduler(int worker_count, const Clock& clock);
+  /// As Stop.
+  ~Scheduler();
+  Scheduler(const Scheduler&) = delete;
+  Scheduler& operator=(const Scheduler&) = delete;
+
+  /// Makes sure that the task gets a slice that starts after this call. Nothing after Stop.
+  void Wake(const std::shared_ptr<Task>& task);
+
+  /// Runs one slice of the first task in the queue on this thread; false if the queue is empty.
+  bool RunOne();
+
+  /// Lets running slices end, drops the queue and joins the workers.
+  void Stop();
+
+ private:
+  void Work();
+  void RunSliceOf(const std::shared_ptr<Task>& task);
+
+  const Clock& clock_;
+  std::mutex mutex_;  // Guards queue_, stopping_ and every Task::state_.
+  std::condition_variable wake_;
+  std::deque<std::shared_ptr<Task>> queue_;
+  bool stopping_ = false;
+  std::vector<std::thread> workers_;
+};
+
+}  // namespace pliant::server

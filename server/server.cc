@@ -1,0 +1,97 @@
+#include "server/server.h"
+
+#include <grpcpp/ext/proto_server_reflection_plugin.h>
+#include <grpcpp/health_check_service_interface.h>
+
+#include <chrono>
+#include <random>
+#include <thread>
+#include <utility>
+
+#include "server/limits.h"
+
+namespace pliant::server {
+namespace {
+
+int WorkerCount(int configured) {
+  if (configured > 0) return configured;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
+
+std::uint64_t RandomSeed() {
+  std::random_device device;
+  return (std::uint64_t{device()} << 32) | device();
+}
+
+}  // namespace
+
+Result<std::unique_ptr<Server>> Server::Start(const Config& config, Parts parts) {
+  PLIANT_RETURN_IF_ERROR(CheckConfig(config));
+  std::unique_ptr<Server> server(new Server(config, std::move(parts)));
+  PLIANT_RETURN_IF_ERROR(server->Bind());
+  return server;
+}
+
+Server::Server(const Config& config, Parts parts)
+    : config_(config),
+      parts_(std::move(parts)),
+      registry_(config.sessions_max, RandomSeed()),
+      scheduler_(WorkerCount(config.workers), *parts_.clock),
+      context_{.registry = &registry_,
+               .calls = &calls_,
+               .session = {.clock = parts_.clock,
+                           .scheduler = &scheduler_,
+                           .log = parts_.log,
+                           .factory = parts_.engine_factory,
+                           .on_broken = [this](const std::string& id) { registry_.Remove(id); }},
+               .limits = {.vertices_max = config.vertices_max},
+               .sessions_max = config.sessions_max},
+      sessions_(context_),
+      info_(context_) {}
+
+Server::~Server() { Shutdown(); }
+
+Status Server::Bind() {
+  grpc::EnableDefaultHealthCheckService(true);
+  grpc::reflection::InitProtoReflectionServerBuilderPlugin();
+  grpc::ServerBuilder builder;
+  int port = 0;
+  builder.AddListeningPort(config_.listen, grpc::InsecureServerCredentials(), &port);
+  builder.SetMaxReceiveMessageSize(kMessageBytesMax);
+  // Two servers on one port would share its clients at random.
+  builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
+  // A client that vanished without a word is noticed, and its session freed, within a minute.
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
+  builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  builder.RegisterService(&sessions_);
+  builder.RegisterService(&info_);
+  builder.RegisterService(&jobs_);
+  grpc_ = builder.BuildAndStart();
+  const bool is_unix = config_.listen.starts_with("unix:");
+  if (grpc_ == nullptr || (!is_unix && port == 0)) {
+    grpc_ = nullptr;
+    return Error{ErrorCode::kUnavailable,
+                 "cannot listen at " + config_.listen + "; is another server there?", "listen"};
+  }
+  address_ = is_unix
+                 ? config_.listen
+                 : config_.listen.substr(0, config_.listen.rfind(':')) + ":" + std::to_string(port);
+  return {};
+}
+
+void Server::Shutdown() {
+  if (grpc_ == nullptr) return;
+  parts_.log->Info("drain", {{"address", address_}});
+  grpc_->GetHealthCheckService()->SetServingStatus(false);
+  for (const std::shared_ptr<Session>& session : registry_.All()) {
+    session->Drain({ErrorCode::kUnavailable, "the server shuts down; connect again later", {}});
+  }
+  // Workers go on while calls end.
+  calls_.WaitForNone(std::chrono::milliseconds(config_.drain_ms));
+  grpc_->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(kLastWordsMs));
+  scheduler_.Stop();
+  grpc_ = nullptr;
+  parts_.log->Info("stopped", {{"address", address_}});
+}
+
+}  // namespace pliant::server

@@ -1,0 +1,62 @@
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <memory>
+#include <string>
+
+#include "core/base/result.h"
+#include "server/call_counter.h"
+#include "server/clock.h"
+#include "server/config.h"
+#include "server/engine.h"
+#include "server/log.h"
+#include "server/scheduler.h"
+#include "server/service.h"
+#include "server/session_registry.h"
+
+namespace pliant::server {
+
+/// A whole pliantd inside a process: what main() runs, and what tests start.
+///
+/// *Threads*: Start and the destructor from one thread; Shutdown from any, once.
+class Server {
+ public:
+  /// What a server needs from outside; clock and log outlive it.
+  struct Parts {
+    const Clock* clock = nullptr;
+    const Log* log = nullptr;
+    EngineFactory engine_factory;
+  };
+
+  /// Serves when it returns. Errors: kUnavailable if the address cannot be bound.
+  static Result<std::unique_ptr<Server>> Start(const Config& config, Parts parts);
+
+  /// As Shutdown, if that has not been.
+  ~Server();
+
+  /// The address that clients can connect to, with the port that was really bound.
+  [[nodiscard]] const std::string& address() const { return address_; }
+
+  /// Drains: health says NOT_SERVING, running advances commit what they have, streams are told and
+  /// end; calls that are not done after Config::drain_ms are cancelled.
+  void Shutdown();
+
+ private:
+  Server(const Config& config, Parts parts);
+  Status Bind();
+
+  const Config config_;
+  const Parts parts_;
+  SessionRegistry registry_;
+  CallCounter calls_;
+  Scheduler scheduler_;
+  const ServiceContext context_;
+  SessionServiceImpl sessions_;
+  ServerServiceImpl info_;
+  v1::JobService::CallbackService jobs_;  // Its base answers UNIMPLEMENTED.
+  std::unique_ptr<grpc::Server> grpc_;
+  std::string address_;
+};
+
+}  // namespace pliant::server

@@ -1,0 +1,231 @@
+#include "server/service.h"
+
+#include <charconv>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/blobs.h"
+#include "server/convert_reply.h"
+#include "server/creation.h"
+#include "server/download.h"
+#include "server/error_status.h"
+#include "server/limits.h"
+#include "server/session_stream.h"
+
+namespace pliant::server {
+namespace {
+
+grpc::ServerUnaryReactor* End(grpc::CallbackServerContext* call, const Status& status) {
+  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+  reactor->Finish(status.ok() ? grpc::Status::OK : ToGrpcStatus(status.error()));
+  return reactor;
+}
+
+Result<std::int64_t> ParsePageToken(const std::string& token) {
+  std::int64_t after = 0;
+  if (token.empty()) return after;
+  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), after);
+  if (error == std::errc() && end == token.data() + token.size() && after > 0) return after;
+  return Error{ErrorCode::kOutOfRange, "page_token is not one that this server gave out",
+               "page_token"};
+}
+
+Result<std::size_t> CheckPageSize(std::int32_t page_size) {
+  if (page_size == 0) return std::size_t{kPageSizeDefault};
+  if (page_size > 0 && page_size <= kPageSizeMax) return static_cast<std::size_t>(page_size);
+  return Error{ErrorCode::kOutOfRange,
+               "page_size is " + std::to_string(page_size) + "; allowed are 1 to " +
+                   std::to_string(kPageSizeMax) + ", or 0 for " + std::to_string(kPageSizeDefault),
+               "page_size"};
+}
+
+Result<v1::Numbering> CheckNumbering(const v1::GetMeshRequest& request) {
+  if (!request.has_numbering()) return v1::NUMBERING_STABLE;
+  if (request.numbering() == v1::NUMBERING_STABLE || request.numbering() == v1::NUMBERING_DENSE) {
+    return request.numbering();
+  }
+  return Error{ErrorCode::kOutOfRange, "numbering is no known numbering", "numbering"};
+}
+
+// The revision that a reader asked for must be the current one: others are not kept yet.
+Status CheckRevision(std::int64_t wanted, const CommittedState& state) {
+  const auto current = static_cast<std::int64_t>(state.revision);
+  if (wanted == 0 || wanted == current) return {};
+  return Error{ErrorCode::kRevisionNotFound,
+               "revision " + std::to_string(wanted) + " is not kept; the oldest and newest is " +
+                   std::to_string(current),
+               "revision"};
+}
+
+Status CheckNothingStaged(const CommittedState& state) {
+  if (state.staged_count == 0) return {};
+  return Error{ErrorCode::kProtocolOrder,
+               std::to_string(state.staged_count) +
+                   " updates are staged, so the metric of the revision is not at hand: advance or "
+                   "discard first",
+               {}};
+}
+
+Result<std::vector<v1::GetMeshResponse>> MeshMessages(const Result<const CommittedState*>& result,
+                                                      const v1::GetMeshRequest& request,
+                                                      const ReplyContext& wanted) {
+  PLIANT_ASSIGN_OR_RETURN(const CommittedState* state, result);
+  PLIANT_RETURN_IF_ERROR(CheckRevision(request.revision(), *state));
+  if (wanted.parts.metric) PLIANT_RETURN_IF_ERROR(CheckNothingStaged(*state));
+  ReplyContext context = wanted;
+  context.applied_update_id = state->applied_update_id;
+  v1::MeshSnapshot snapshot = ToMeshSnapshot(state->engine.Snapshot(), context);
+  std::int64_t last_blob_id = 0;
+  std::vector<v1::GetMeshResponse> messages;
+  for (v1::BlobChunk& chunk : TakeLargeArrays(snapshot, last_blob_id)) {
+    v1::GetMeshResponse& message = messages.emplace_back();
+    message.set_revision(snapshot.revision());
+    *message.mutable_chunk() = std::move(chunk);
+  }
+  v1::GetMeshResponse& last = messages.emplace_back();
+  last.set_revision(snapshot.revision());
+  *last.mutable_snapshot() = std::move(snapshot);
+  return messages;
+}
+
+Status FillQuality(const Result<const CommittedState*>& result, v1::QualityReport& report) {
+  PLIANT_ASSIGN_OR_RETURN(const CommittedState* state, result);
+  PLIANT_RETURN_IF_ERROR(CheckNothingStaged(*state));
+  const Quality quality = state->engine.MeasureQuality();
+  report = ToQualityReport(quality);
+  report.set_revision(static_cast<std::int64_t>(state->revision));
+  report.set_active_count(state->active_count);
+  *report.mutable_counts() = ToMeshCounts(state->summary);
+  return {};
+}
+
+Status CheckBasis(const v1::GetQualityRequest& request) {
+  if (!request.has_basis() || request.basis() == v1::METRIC_BASIS_LIMITED) return {};
+  if (request.basis() == v1::METRIC_BASIS_RAW) {
+    return Error{ErrorCode::kUnimplemented, "METRIC_BASIS_RAW is not implemented by this server",
+                 "basis"};
+  }
+  return Error{ErrorCode::kOutOfRange, "basis is no known basis", "basis"};
+}
+
+}  // namespace
+
+grpc::ServerReadReactor<v1::CreateSessionRequest>* SessionServiceImpl::CreateSession(
+    grpc::CallbackServerContext* call, v1::CreateSessionResponse* response) {
+  return new Creation(context_, call, response);
+}
+
+grpc::ServerUnaryReactor* SessionServiceImpl::GetSession(grpc::CallbackServerContext* call,
+                                                         const v1::GetSessionRequest* request,
+                                                         v1::GetSessionResponse* response) {
+  const Result<std::shared_ptr<Session>> session = context_.registry->Find(request->session_id());
+  if (!session.ok()) return End(call, session.error());
+  *response->mutable_session() = ToSession((*session)->info());
+  return End(call, {});
+}
+
+grpc::ServerUnaryReactor* SessionServiceImpl::ListSessions(grpc::CallbackServerContext* call,
+                                                           const v1::ListSessionsRequest* request,
+                                                           v1::ListSessionsResponse* response) {
+  const Result<std::int64_t> after = ParsePageToken(request->page_token());
+  if (!after.ok()) return End(call, after.error());
+  const Result<std::size_t> count_max = CheckPageSize(request->page_size());
+  if (!count_max.ok()) return End(call, count_max.error());
+  const SessionRegistry::Page page = context_.registry->List(*after, *count_max);
+  for (const std::shared_ptr<Session>& session : page.sessions) {
+    *response->add_sessions() = ToSession(session->info());
+  }
+  if (page.next != 0) response->set_next_page_token(std::to_string(page.next));
+  return End(call, {});
+}
+
+grpc::ServerUnaryReactor* SessionServiceImpl::DeleteSession(grpc::CallbackServerContext* call,
+                                                            const v1::DeleteSessionRequest* request,
+                                                            v1::DeleteSessionResponse* response) {
+  const Result<std::shared_ptr<Session>> session = context_.registry->Find(request->session_id());
+  if (!session.ok()) return End(call, session.error());
+  context_.registry->Remove(request->session_id());
+  response->set_revision(static_cast<std::int64_t>((*session)->info().revision));
+  (*session)->Close({ErrorCode::kSessionNotFound,
+                     "session " + request->session_id() + " was deleted", "session_id"});
+  context_.session.log->Info("delete", {{"session", request->session_id()}});
+  return End(call, {});
+}
+
+grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* SessionServiceImpl::Edit(
+    grpc::CallbackServerContext*) {
+  return EditStream::Begin(*context_.registry, *context_.calls);
+}
+
+grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
+    grpc::CallbackServerContext*, const v1::GetMeshRequest* request) {
+  auto* download = new Download(downloads_, *context_.calls);
+  const int active = ++downloads_;
+  const auto begin = [&]() -> Status {
+    if (active > kDownloadsMax) {
+      return Error{ErrorCode::kResourceExhausted,
+                   "this server is sending " + std::to_string(kDownloadsMax) +
+                       " meshes already; try again later",
+                   {}};
+    }
+    PLIANT_ASSIGN_OR_RETURN(const std::shared_ptr<Session> session,
+                            context_.registry->Find(request->session_id()));
+    ReplyContext wanted;
+    PLIANT_ASSIGN_OR_RETURN(wanted.parts, ConvertParts(request->parts()));
+    PLIANT_ASSIGN_OR_RETURN(wanted.numbering, CheckNumbering(*request));
+    // The request lives as long as the call.
+    return session->Post([download, request, wanted](const Result<const CommittedState*>& state) {
+      auto messages = MeshMessages(state, *request, wanted);
+      if (messages.ok()) {
+        download->Run(std::move(messages).value());
+      } else {
+        download->Fail(messages.error());
+      }
+    });
+  };
+  const Status status = begin();
+  if (!status.ok()) download->Fail(status.error());
+  return download;
+}
+
+grpc::ServerUnaryReactor* SessionServiceImpl::GetQuality(grpc::CallbackServerContext* call,
+                                                         const v1::GetQualityRequest* request,
+                                                         v1::GetQualityResponse* response) {
+  const Result<std::shared_ptr<Session>> session = context_.registry->Find(request->session_id());
+  if (!session.ok()) return End(call, session.error());
+  if (const Status status = CheckBasis(*request); !status.ok()) return End(call, status);
+  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+  const Status status =
+      (*session)->Post([reactor, response](const Result<const CommittedState*>& state) {
+        const Status filled = FillQuality(state, *response->mutable_quality());
+        reactor->Finish(filled.ok() ? grpc::Status::OK : ToGrpcStatus(filled.error()));
+      });
+  if (!status.ok()) reactor->Finish(ToGrpcStatus(status.error()));
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerContext* call,
+                                                           const v1::GetServerInfoRequest*,
+                                                           v1::GetServerInfoResponse* response) {
+  response->set_version(PLIANT_VERSION);
+  for (const char* capability :
+       {"create.domain", "create.mesh", "edit.metric", "edit.discard", "edit.advance",
+        "metric.expression", "metric.size", "metric.vertices", "metric.background",
+        "limits.size_min", "limits.size_max", "limits.anisotropy_max", "limits.gradation",
+        "limits.rotation", "part.metric", "numbering.dense", "quality.limited"}) {
+    response->add_capabilities(capability);
+  }
+  auto& limits = *response->mutable_limits();
+  limits["message_bytes"] = kMessageBytesMax;
+  limits["chunk_bytes"] = static_cast<std::int64_t>(kChunkBytesMax);
+  limits["upload_bytes"] = static_cast<std::int64_t>(kUploadBytesMax);
+  limits["blobs_pending"] = static_cast<std::int64_t>(kBlobsPendingMax);
+  limits["update_results"] = static_cast<std::int64_t>(kUpdateResultsMax);
+  limits["expression_length"] = static_cast<std::int64_t>(kExpressionLengthMax);
+  limits["sessions"] = static_cast<std::int64_t>(context_.sessions_max);
+  limits["vertices"] = context_.limits.vertices_max;
+  return End(call, {});
+}
+
+}  // namespace pliant::server

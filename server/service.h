@@ -1,0 +1,71 @@
+#pragma once
+
+#include <grpcpp/grpcpp.h>
+
+#include <atomic>
+#include <cstdint>
+
+#include "pliant/v1/job.grpc.pb.h"
+#include "pliant/v1/session.grpc.pb.h"
+#include "server/call_counter.h"
+#include "server/convert.h"
+#include "server/session.h"
+#include "server/session_registry.h"
+
+namespace pliant::server {
+
+/// What the services share; everything outlives them.
+struct ServiceContext {
+  SessionRegistry* registry = nullptr;
+  /// Of the calls that last: uploads, downloads, edit streams.
+  CallCounter* calls = nullptr;
+  Session::Environment session;
+  RequestLimits limits;
+  std::size_t sessions_max = 0;
+};
+
+/// The calls on sessions. None of them computes: they look up, queue and answer.
+///
+/// *Threads*: any; gRPC calls it from several at once.
+class SessionServiceImpl final : public v1::SessionService::CallbackService {
+ public:
+  explicit SessionServiceImpl(ServiceContext context) : context_(std::move(context)) {}
+
+  grpc::ServerReadReactor<v1::CreateSessionRequest>* CreateSession(
+      grpc::CallbackServerContext* call, v1::CreateSessionResponse* response) override;
+  grpc::ServerUnaryReactor* GetSession(grpc::CallbackServerContext* call,
+                                       const v1::GetSessionRequest* request,
+                                       v1::GetSessionResponse* response) override;
+  grpc::ServerUnaryReactor* ListSessions(grpc::CallbackServerContext* call,
+                                         const v1::ListSessionsRequest* request,
+                                         v1::ListSessionsResponse* response) override;
+  grpc::ServerUnaryReactor* DeleteSession(grpc::CallbackServerContext* call,
+                                          const v1::DeleteSessionRequest* request,
+                                          v1::DeleteSessionResponse* response) override;
+  grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* Edit(
+      grpc::CallbackServerContext* call) override;
+  grpc::ServerWriteReactor<v1::GetMeshResponse>* GetMesh(
+      grpc::CallbackServerContext* call, const v1::GetMeshRequest* request) override;
+  grpc::ServerUnaryReactor* GetQuality(grpc::CallbackServerContext* call,
+                                       const v1::GetQualityRequest* request,
+                                       v1::GetQualityResponse* response) override;
+
+ private:
+  const ServiceContext context_;
+  std::atomic<int> downloads_ = 0;
+};
+
+/// What the server says about itself.
+class ServerServiceImpl final : public v1::ServerService::CallbackService {
+ public:
+  explicit ServerServiceImpl(ServiceContext context) : context_(std::move(context)) {}
+
+  grpc::ServerUnaryReactor* GetServerInfo(grpc::CallbackServerContext* call,
+                                          const v1::GetServerInfoRequest* request,
+                                          v1::GetServerInfoResponse* response) override;
+
+ private:
+  const ServiceContext context_;
+};
+
+}  // namespace pliant::server

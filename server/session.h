@@ -1,0 +1,160 @@
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+
+#include "server/clock.h"
+#include "server/inbox.h"
+#include "server/log.h"
+#include "server/scheduler.h"
+#include "server/session_messages.h"
+#include "server/staged_engine.h"
+#include "server/update_results.h"
+
+namespace pliant::server {
+
+/// The other end of a session's edit stream.
+///
+/// *Threads*: all functions from any thread; none calls back into the session.
+class Editor {
+ public:
+  virtual ~Editor() = default;
+  /// The oldest command that waits; nothing if none does, or while there is no room for answers.
+  /// Whoever makes that change wakes the session.
+  virtual std::optional<SessionCommand> NextCommand() = 0;
+  /// The last command taken is answered in full.
+  virtual void CommandDone() = 0;
+  /// Queues an event. Progress may be dropped if there is no room.
+  virtual void Send(SessionEvent event) = 0;
+  /// Sends what is queued and a closing event, then ends the stream with this error.
+  virtual void Close(const Error& error) = 0;
+};
+
+/// What a call (GetMesh, GetQuality) sees of a session between two updates.
+struct CommittedState {
+  const Engine& engine;
+  Revision revision;
+  std::int64_t applied_update_id;
+  std::int64_t active_count;
+  /// Updates that the engine's metric has, but the session's revision has not yet.
+  std::int32_t staged_count;
+  MeshSummary summary;
+};
+/// A call, run on a worker: with the state, or with why there is none.
+using SessionCall = std::function<void(const Result<const CommittedState*>&)>;
+
+/// One persistent mesh with its editor and readers; a task that computes in slices.
+///
+/// *Invariants*: the engine is seen by others only at a commit. Every command is answered exactly
+/// once and in order, except progress. A repeated update is answered and not applied.
+/// *Threads*: RPC threads call the functions of the first group, which only queue; RunSlice runs
+/// on one worker at a time and owns everything without a note. `mutex_` guards what carries its
+/// note; no foreign function is called under it but Scheduler::Wake.
+class Session final : public Task, public std::enable_shared_from_this<Session> {
+ public:
+  /// What a session uses of its server; all outlive it.
+  struct Environment {
+    const Clock* clock = nullptr;
+    Scheduler* scheduler = nullptr;
+    const Log* log = nullptr;
+    EngineFactory factory;
+    /// Called from a worker when a bug has ended the session: nobody should find it any more.
+    std::function<void(const std::string& session_id)> on_broken;
+  };
+
+  Session(Environment environment, std::string session_id,
+          std::map<std::string, std::string> labels);
+
+  /// Builds the engine on a worker, then calls `done` there. Once, first of all.
+  void Start(EngineInput input, std::function<void(const Status&)> done);
+
+  /// Makes this the session's editor. Error: kSessionBusy while there is another one.
+  Status Attach(std::shared_ptr<Editor> editor);
+  /// The editor is gone; its commands that were not begun are dropped, an advance goes on.
+  void Detach(const Editor* editor);
+  /// Ends the advance with this id early, now or when it begins.
+  void CancelAdvance(std::int64_t update_id);
+  /// Queues a call; the answer waits for a running advance. Error: kResourceExhausted.
+  Status Post(SessionCall call);
+  /// Ends the session: its editor and waiting calls get the error, its memory is freed.
+  void Close(Error error);
+  /// The server shuts down: a running advance commits what it has, then the editor is closed.
+  void Drain(Error error);
+  /// There is something to do.
+  void Wake() { environment_.scheduler->Wake(shared_from_this()); }
+  [[nodiscard]] SessionInfo info() const;
+  [[nodiscard]] const std::string& session_id() const { return session_id_; }
+
+  /// Never throws: a bug of the engine ends in HandleBug.
+  Outcome RunSlice(Clock::Time slice_end) override;
+
+ private:
+  struct StartRequest {
+    EngineInput input;
+    std::function<void(const Status&)> done;
+  };
+  // An advance that is not finished.
+  struct RunningAdvance {
+    std::shared_ptr<Editor> editor;
+    std::int64_t update_id = 0;
+    AdvanceSpec spec;
+    Clock::Time begin;
+    std::chrono::nanoseconds compute{0};
+    Progress progress;
+    Clock::Time last_progress;
+  };
+
+  Outcome RunUnguarded(Clock::Time slice_end);
+  bool Build();
+  bool HandleOneThing();
+  void HandleCall(const SessionCall& call);
+  void HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open);
+  void HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
+  void BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
+                    const AdvanceSpec& spec);
+  bool ContinueAdvance(Clock::Time slice_end);
+  void FinishAdvance(AdvanceEnd end);
+  void FailAdvance(const Error& error);
+  void Answer(const std::shared_ptr<Editor>& editor, SessionEvent event);
+  void Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_id, const Error& error);
+  [[nodiscard]] SessionEvent MakeEvent(std::int64_t update_id) const;
+  void HandleBug(const std::string& what);
+  bool Recover();
+  void TearDown(const Error& error);
+  void PublishInfo();
+  [[nodiscard]] std::shared_ptr<Editor> CurrentEditor() const;
+
+  const Environment environment_;
+  const std::string session_id_;
+
+  mutable std::mutex mutex_;
+  std::optional<StartRequest> start_;       // Guarded by mutex_.
+  std::shared_ptr<Editor> editor_;          // Guarded by mutex_.
+  Inbox<SessionCall> calls_;                // Guarded by mutex_.
+  std::optional<Error> close_error_;        // Guarded by mutex_.
+  std::optional<Error> drain_error_;        // Guarded by mutex_.
+  std::int64_t cancel_update_id_ = 0;       // Guarded by mutex_.
+  std::int64_t running_update_id_ = 0;      // Guarded by mutex_.
+  SessionInfo info_;                        // Guarded by mutex_.
+  std::atomic<bool> stop_advance_ = false;  // Written under mutex_; the engine polls it.
+
+  std::optional<StagedEngine> engine_;
+  UpdateResults results_;
+  Revision revision_ = Revision::kNone;
+  std::int64_t applied_update_id_ = 0;
+  std::int64_t active_count_ = 0;
+  Mirror mirror_ = Mirror::kFull;
+  std::optional<RunningAdvance> advance_;
+  // What is being handled, so that a bug in it is answered too.
+  std::shared_ptr<Editor> current_editor_;
+  std::int64_t current_update_id_ = 0;
+  SessionCall current_call_;
+  bool torn_down_ = false;
+};
+
+}  // namespace pliant::server

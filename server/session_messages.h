@@ -1,0 +1,152 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <map>
+#include <optional>
+#include <string>
+#include <variant>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/result.h"
+#include "core/mesh/mesh_diff.h"
+#include "core/metric/metric_spec.h"
+#include "core/pliant/remesher.h"
+#include "server/engine.h"
+
+/// What goes into a session and what comes out of it, in core types: a session knows nothing of
+/// the wire (convert.h and convert_reply.h do).
+namespace pliant::server {
+
+/// A new session, its arrays checked one by one; the engine checks how they fit together.
+struct SessionInput {
+  std::string session_id = {};  ///< May be empty.
+  EngineInput engine = {};
+  std::map<std::string, std::string> labels = {};
+};
+
+/// Whether an editor wants the mesh.
+enum class Mirror { kFull, kNone };
+
+/// First command of an edit stream.
+struct OpenCommand {
+  Revision mirror_revision = Revision::kNone;  ///< What the client has.
+  Mirror mirror = Mirror::kFull;
+};
+
+/// Tensors at vertices of one revision.
+struct VertexTensors {
+  Revision revision = Revision::kNone;
+  std::optional<std::vector<VertexId>> vertices = {};  ///< Absent: all live ones, ascending.
+  std::vector<Metric> tensors = {};
+};
+
+/// What changes in the metric; what is absent stays.
+struct MetricUpdate {
+  std::variant<std::monostate, ExpressionMetric, SizeMetric, BackgroundMetric, VertexTensors>
+      source = {};
+  std::optional<double> time = {};
+  std::optional<double> size_min = {};
+  std::optional<double> size_max = {};
+  std::optional<double> anisotropy_max = {};
+  std::optional<double> gradation = {};
+  std::optional<double> rotation = {};
+};
+
+/// Forgets what is staged.
+struct DiscardUpdate {};
+
+/// Applies what is staged and runs the loop, so far.
+struct AdvanceSpec {
+  std::int64_t visits_max = INT64_MAX;
+  std::optional<std::chrono::milliseconds> time_max = {};
+  std::optional<std::chrono::milliseconds> progress_interval = {};
+};
+
+/// An update or advance that could not be converted: it comes all the same, so that its refusal
+/// keeps its place in the order.
+struct BadUpdate {
+  Error error;
+};
+struct BadAdvance {
+  Error error;
+};
+
+/// A numbered command.
+struct UpdateCommand {
+  std::int64_t update_id = 0;
+  std::variant<BadUpdate, BadAdvance, MetricUpdate, DiscardUpdate, AdvanceSpec> body = {};
+};
+
+using SessionCommand = std::variant<OpenCommand, UpdateCommand>;
+
+/// The stream is open.
+struct OpenedEvent {
+  std::int64_t last_update_id = 0;
+  std::int64_t active_count = 0;
+  std::int32_t staged_count = 0;
+};
+/// An update is staged.
+struct AcceptedEvent {
+  std::int32_t staged_count = 0;
+};
+/// An update or advance was refused.
+struct RejectedEvent {
+  Error error;
+};
+/// An advance runs.
+struct ProgressEvent {
+  Progress progress = {};
+  std::int32_t vertex_count = 0;
+  std::chrono::milliseconds elapsed{0};
+};
+/// A revision was committed.
+struct DiffEvent {
+  MeshDiff diff = {};
+  std::int64_t applied_update_id = 0;
+};
+/// The whole mesh.
+struct SnapshotEvent {
+  MeshDiff snapshot = {};
+  std::int64_t applied_update_id = 0;
+};
+/// Why an advance ended, where it was not the engine's doing.
+enum class AdvanceEnd { kEngine, kTimeBudget, kServerClosing };
+/// An advance has ended.
+struct AdvancedEvent {
+  Revision base_revision = Revision::kNone;
+  MeshSummary summary = {};
+  Progress progress = {};
+  AdvanceEnd end = AdvanceEnd::kEngine;
+  std::chrono::microseconds compute{0};
+  std::chrono::microseconds elapsed{0};
+};
+/// The stream will end.
+struct ClosingEvent {
+  Error error;
+};
+
+/// What a session tells its editor.
+struct SessionEvent {
+  std::int64_t update_id = 0;           ///< What it answers; 0 if nothing.
+  Revision revision = Revision::kNone;  ///< Of the session, when it was made.
+  std::variant<OpenedEvent, AcceptedEvent, RejectedEvent, ProgressEvent, DiffEvent, SnapshotEvent,
+               AdvancedEvent, ClosingEvent>
+      body = {};
+};
+
+/// A session as lists show it.
+struct SessionInfo {
+  std::string session_id = {};
+  std::map<std::string, std::string> labels = {};
+  Revision revision = Revision::kNone;
+  std::optional<MeshSummary> summary = {};  ///< Absent before the first commit.
+  std::int64_t active_count = 0;
+  std::int64_t last_update_id = 0;
+  bool running = false;
+  std::chrono::system_clock::time_point create_time = {};
+  std::optional<std::chrono::system_clock::time_point> commit_time = {};
+};
+
+}  // namespace pliant::server

@@ -1,0 +1,94 @@
+// What a session does when a bug is met inside it, and how it ends; see session.h.
+#include <exception>
+#include <string>
+#include <utility>
+
+#include "server/session.h"
+
+namespace pliant::server {
+
+// A check failed inside the engine, or memory ran out. The session goes back to its last commit if
+// its mesh is provably valid there, else it ends; either way the client is told.
+void Session::HandleBug(const std::string& what) {
+  const std::string reference =
+      session_id_ + "-" + std::to_string(static_cast<std::int64_t>(revision_)) + "-" +
+      std::to_string(environment_.clock->WallNow().time_since_epoch().count());
+  environment_.log->Error("bug",
+                          {{"session", session_id_}, {"reference", reference}, {"what", what}});
+  std::shared_ptr<Editor> editor = current_editor_;
+  std::int64_t update_id = current_update_id_;
+  if (advance_) {
+    editor = advance_->editor;
+    update_id = advance_->update_id;
+  }
+  advance_.reset();
+  current_editor_ = nullptr;
+  current_update_id_ = 0;
+  const SessionCall call = std::exchange(current_call_, nullptr);
+  {
+    const std::lock_guard lock(mutex_);
+    running_update_id_ = 0;
+    stop_advance_ = false;
+  }
+  const bool recovered = Recover();
+  const Error error{
+      ErrorCode::kInternal,
+      "a bug of the server was met; the session " +
+          (recovered ? "is back at revision " + std::to_string(static_cast<std::int64_t>(revision_))
+                     : std::string("has ended")) +
+          "; please report it with reference " + reference,
+      reference};
+  if (call) call(error);
+  if (editor != nullptr && update_id > results_.last_update_id()) {
+    Reject(editor, update_id, error);
+  } else if (editor != nullptr && update_id == 0) {
+    // It was opening: it has no answer to wait for, so it is told by the end of its stream.
+    Detach(editor.get());
+    editor->Close(error);
+  }
+  if (!recovered) {
+    environment_.on_broken(session_id_);
+    Close(error);
+    return;
+  }
+  PublishInfo();
+}
+
+bool Session::Recover() {
+  if (!engine_) return false;
+  try {
+    const Status status = engine_->Discard();
+    return status.ok() && engine_->revision() == revision_ && engine_->engine().Validate().empty();
+  } catch (const std::exception& exception) {
+    environment_.log->Error("recovery_failed",
+                            {{"session", session_id_}, {"what", exception.what()}});
+    return false;
+  }
+}
+
+void Session::TearDown(const Error& error) {
+  torn_down_ = true;
+  advance_.reset();
+  engine_.reset();
+  std::shared_ptr<Editor> editor;
+  std::optional<StartRequest> start;
+  {
+    const std::lock_guard lock(mutex_);
+    editor = std::exchange(editor_, nullptr);
+    start = std::exchange(start_, std::nullopt);
+    if (!close_error_) close_error_ = error;
+  }
+  if (start) start->done(error);
+  if (editor != nullptr) editor->Close(error);
+  for (;;) {
+    std::optional<SessionCall> call;
+    {
+      const std::lock_guard lock(mutex_);
+      call = calls_.Pop();
+    }
+    if (!call) return;
+    (*call)(error);
+  }
+}
+
+}  // namespace pliant::server

@@ -1,0 +1,126 @@
+#include "server/staged_engine.h"
+
+#include <string>
+#include <type_traits>
+#include <utility>
+#include <vector>
+
+#include "core/base/check.h"
+
+namespace pliant::server {
+namespace {
+
+// The engine names what it checks by its own arguments; clients know them by their field.
+Status Named(const Status& status, const std::string& field) {
+  if (status.ok()) return status;
+  Error error = status.error();
+  if (error.field.empty()) error.field = field;
+  return error;
+}
+
+}  // namespace
+
+Result<StagedEngine> StagedEngine::Create(EngineInput input, EngineFactory factory) {
+  auto kept = std::make_unique<EngineInput>(std::move(input));
+  PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Engine> engine, factory(*kept));
+  return StagedEngine(std::move(kept), std::move(factory), std::move(engine));
+}
+
+StagedEngine::StagedEngine(std::unique_ptr<EngineInput> input, EngineFactory factory,
+                           std::unique_ptr<Engine> engine)
+    : factory_(std::move(factory)),
+      first_input_(std::move(input)),
+      engine_(std::move(engine)),
+      spec_(std::make_shared<const MetricSpec>(first_input_->metric)),
+      committed_spec_(spec_) {}
+
+Status StagedEngine::Stage(const MetricUpdate& update) {
+  const VertexTensors* tensors = std::get_if<VertexTensors>(&update.source);
+  const Status status = tensors != nullptr ? SetTensors(*tensors) : SetSpec(update);
+  if (!status.ok()) {
+    tainted_ = true;
+    return Named(status, tensors != nullptr ? "metric.tensors" : "metric");
+  }
+  ++staged_count_;
+  return {};
+}
+
+Status StagedEngine::SetTensors(const VertexTensors& tensors) {
+  const auto current = static_cast<std::int64_t>(revision());
+  if (revision() == Revision::kNone) {
+    return Error{ErrorCode::kRevisionMismatch,
+                 "the session has no revision yet, so it has no vertices to send tensors for: "
+                 "advance first",
+                 "metric.revision"};
+  }
+  if (tensors.revision != revision()) {
+    return Error{ErrorCode::kRevisionMismatch,
+                 "tensors are for revision " +
+                     std::to_string(static_cast<std::int64_t>(tensors.revision)) +
+                     "; the session is at " + std::to_string(current),
+                 "metric.revision"};
+  }
+  // For the engine no vertices means all of them; from a client an empty list is an empty list.
+  if (tensors.vertices && tensors.vertices->empty()) return {};
+  const std::vector<VertexId> all;
+  PLIANT_RETURN_IF_ERROR(
+      engine_->SetTensors(tensors.vertices ? *tensors.vertices : all, tensors.tensors));
+  spec_ = nullptr;
+  return {};
+}
+
+Status StagedEngine::SetSpec(const MetricUpdate& update) {
+  MetricSpec spec;
+  if (spec_ != nullptr) {
+    spec = *spec_;
+  } else if (std::holds_alternative<std::monostate>(update.source)) {
+    return Error{ErrorCode::kUnimplemented,
+                 "changing limits or time of tensors at vertices is not implemented by this "
+                 "server; send the tensors with the limits applied, or another source",
+                 "metric.limits"};
+  }
+  std::visit(
+      [&](const auto& source) {
+        using Source = std::decay_t<decltype(source)>;
+        if constexpr (std::is_constructible_v<decltype(spec.source), const Source&>) {
+          spec.source = source;
+        }
+      },
+      update.source);
+  if (update.time) spec.time = *update.time;
+  if (update.size_min) spec.bounds.size_min = *update.size_min;
+  if (update.size_max) spec.bounds.size_max = *update.size_max;
+  if (update.anisotropy_max) spec.bounds.anisotropy_max = *update.anisotropy_max;
+  if (update.gradation) spec.gradation.gradation = *update.gradation;
+  if (update.rotation) spec.gradation.rotation = *update.rotation;
+  PLIANT_RETURN_IF_ERROR(engine_->SetMetric(spec));
+  spec_ = std::make_shared<const MetricSpec>(std::move(spec));
+  return {};
+}
+
+Status StagedEngine::Discard() {
+  if (staged_count_ > 0 || stepped_) {
+    if (first_input_ != nullptr) {
+      PLIANT_ASSIGN_OR_RETURN(engine_, factory_(*first_input_));
+    } else {
+      engine_->Rollback();
+    }
+  }
+  spec_ = committed_spec_;
+  staged_count_ = 0;
+  tainted_ = false;
+  stepped_ = false;
+  return {};
+}
+
+MeshDiff StagedEngine::Commit() {
+  PLIANT_CHECK(!tainted_);
+  MeshDiff diff = engine_->Commit();
+  first_input_ = nullptr;
+  committed_spec_ = spec_;
+  staged_count_ = 0;
+  stepped_ = false;
+  return diff;
+}
+
+}  // namespace pliant::server

@@ -1,0 +1,69 @@
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <optional>
+
+#include "server/engine.h"
+#include "server/session_messages.h"
+
+namespace pliant::server {
+
+/// An engine whose updates are staged until a commit: all of them take effect, or none.
+///
+/// Staging applies an update to the engine at once, which checks it; what was staged is undone by
+/// going back to the engine's last commit. Before the first commit there is none to go back to,
+/// so the input is kept until then and the engine built anew from it.
+///
+/// *Invariants*: with nothing staged and no step since, the engine is at its last commit.
+/// *Threads*: one caller at a time. All calls compute; none belongs on an RPC thread.
+class StagedEngine {
+ public:
+  /// Errors: those of the engine's factory.
+  static Result<StagedEngine> Create(EngineInput input, EngineFactory factory);
+
+  /// Stages a change of the metric. Errors: those of Engine::SetMetric and SetTensors,
+  /// kRevisionMismatch, kUnimplemented; then the engine is as before, but tainted().
+  Status Stage(const MetricUpdate& update);
+
+  /// Records that an update that belongs to this stage was refused.
+  void Taint() { tainted_ = true; }
+  /// True if an update was refused since the last commit or discard: a commit would be half of
+  /// what the client meant.
+  [[nodiscard]] bool tainted() const { return tainted_; }
+  [[nodiscard]] std::int32_t staged_count() const { return staged_count_; }
+
+  /// Undoes everything since the last commit. Errors: those of the factory, before the first.
+  Status Discard();
+
+  /// As Engine::Step.
+  Result<Progress> Step(const Budget& budget) {
+    stepped_ = true;
+    return engine_->Step(budget);
+  }
+
+  /// As Engine::Commit. @pre !tainted()
+  MeshDiff Commit();
+
+  [[nodiscard]] const Engine& engine() const { return *engine_; }
+  [[nodiscard]] Revision revision() const { return engine_->revision(); }
+
+ private:
+  StagedEngine(std::unique_ptr<EngineInput> input, EngineFactory factory,
+               std::unique_ptr<Engine> engine);
+  Status SetSpec(const MetricUpdate& update);
+  Status SetTensors(const VertexTensors& tensors);
+
+  EngineFactory factory_;
+  std::unique_ptr<EngineInput> first_input_;  // Until the first commit.
+  std::unique_ptr<Engine> engine_;
+  // What the engine follows, with what is staged and without. Shared because a background mesh is
+  // large; null after tensors at vertices, when there is no specification.
+  std::shared_ptr<const MetricSpec> spec_;
+  std::shared_ptr<const MetricSpec> committed_spec_;
+  std::int32_t staged_count_ = 0;
+  bool tainted_ = false;
+  bool stepped_ = false;  // The engine has worked since its last commit.
+};
+
+}  // namespace pliant::server
