@@ -15,9 +15,12 @@ void SortBySlot(Entries& entries) {
 }
 
 /// Replicas copy bits, so that -0.0 and 0.0 differ here.
-bool SameBits(Vec2 a, Vec2 b) {
-  return std::bit_cast<std::uint64_t>(a.x) == std::bit_cast<std::uint64_t>(b.x) &&
-         std::bit_cast<std::uint64_t>(a.y) == std::bit_cast<std::uint64_t>(b.y);
+bool SameBits(double a, double b) {
+  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
+}
+bool SameBits(Vec2 a, Vec2 b) { return SameBits(a.x, b.x) && SameBits(a.y, b.y); }
+bool SameBits(const Metric& a, const Metric& b) {
+  return SameBits(a.m11, b.m11) && SameBits(a.m12, b.m12) && SameBits(a.m22, b.m22);
 }
 
 }  // namespace
@@ -75,7 +78,7 @@ void MeshEdit::FoldVertices(MeshDiff& diff) {
       diff.vertex_positions.push_back(now.position);
     }
     if (old.live && !now.live) diff.removed_vertices.push_back(id);
-    if (now.live && (!old.live || !(old.metric == now.metric))) {
+    if (now.live && (!old.live || !SameBits(old.metric, now.metric))) {
       diff.metric_vertex_ids.push_back(id);
       diff.metrics.push_back(now.metric);
     }

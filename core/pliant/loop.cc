@@ -85,7 +85,8 @@ VisitState PliantLoop::CurrentVisit(VertexId node) const {
   if (visit.epoch != state_.epoch) {
     visit.epoch = state_.epoch;
     visit.age = 0;
-    visit.hop = UINT8_MAX;
+    // A node that an earlier update left waiting goes on with the reach it has.
+    if (!visit.active) visit.hop = UINT8_MAX;
   }
   return visit;
 }

@@ -86,6 +86,7 @@ class PliantLoop {
   [[nodiscard]] State Save() const { return state_; }
   void Restore(State state) { state_ = std::move(state); }
 
+  [[nodiscard]] std::int32_t vertices_max() const { return options_.vertices_max; }
   [[nodiscard]] const LoopCounts& counts() const { return state_.counts; }
   void ResetCounts() { state_.counts = {}; }
   /// Nodes waiting, an upper bound while some have died in the queue.

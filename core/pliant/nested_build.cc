@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iterator>
+#include <vector>
 
 #include "core/pliant/refine.h"
 
@@ -79,7 +81,12 @@ void NestedBuild::NextLevel() {
     const VertexId vertex(v);
     edit_.SetMetric(vertex, scale * field_->At(edit_.mesh().position(vertex), edit_.Hint(vertex)));
   }
-  edit_.Refine(PlanRefinement(edit_.mesh()));
+  const std::vector<EdgeSplit> splits = PlanRefinement(edit_.mesh());
+  if (edit_.mesh().vertex_count() + std::ssize(splits) > loop_.vertices_max()) {
+    Finish();  // The loop inserts one by one up to the limit and counts what it refuses.
+    return;
+  }
+  edit_.Refine(splits);
   LoopSettings fine = settings_;
   fine.age_cooling = 6;
   fine.age_max = 14;

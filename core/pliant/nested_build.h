@@ -45,7 +45,8 @@ class NestedBuild {
   /// Levels still to come after this one; 0 on the last.
   [[nodiscard]] int levels_left() const { return level_; }
 
-  /// Refines the converged mesh and sets up the next level. @pre levels_left() > 0
+  /// Refines the converged mesh and sets up the next level; the last one without refinement if that
+  /// would pass the limit of vertices. @pre levels_left() > 0
   void NextLevel();
 
   /// Gives up the levels that are left: the full metric at all vertices, all of them awake, with

@@ -159,6 +159,7 @@ class Remesher::Impl {
       tensors.push_back(field->At(mesh_.position(vertex), edit_.Hint(vertex)));
     }
     PLIANT_RETURN_IF_ERROR(field->status());
+    LeaveNestedBuild();
     Follow(std::move(field), spec);
     if (following_.limits()) return Limit();
     following_.limited = following_.raw;
@@ -170,6 +171,7 @@ class Remesher::Impl {
     const std::vector<VertexId> all = given.empty() ? LiveVertices(mesh_) : std::vector<VertexId>();
     const std::span<const VertexId> vertices = given.empty() ? std::span(all) : given;
     PLIANT_RETURN_IF_ERROR(CheckTensors(mesh_, vertices, tensors));
+    LeaveNestedBuild();
     std::vector<Metric> bounded;
     bounded.reserve(tensors.size());
     bool same = true;
@@ -222,8 +224,7 @@ class Remesher::Impl {
   }
 
   MeshDiff Commit() {
-    if (nested_) nested_->Finish();
-    nested_.reset();
+    LeaveNestedBuild();
     PLIANT_CHECK(following_.raw->status().ok());
     if (revision_ == Revision::kNone && numbering_ == Numbering::kClosesGaps) {
       loop_.Renumber(edit_.Compact());
@@ -285,6 +286,12 @@ class Remesher::Impl {
       following_.spec = *spec;
     }
     following_.limit_rounds_left = following_.limits() ? kLimitRounds : 0;
+  }
+
+  /// The levels of the first build follow the metric that it began with, in the mesh's records too.
+  void LeaveNestedBuild() {
+    if (nested_) nested_->Finish();
+    nested_.reset();
   }
 
   /// The metric as it was sent, at a vertex.
