@@ -58,7 +58,7 @@ std::string Label(double value) {
                           : std::to_chars(buffer.data(), buffer.data() + buffer.size(), value,
                                           std::chars_format::general, 3);
   const std::string text(buffer.data(), result.ptr);
-  return is_plain && magnitude >= 10000 ? WithThousands(text) : text;
+  return is_plain && magnitude >= 1000 ? WithThousands(text) : text;
 }
 
 std::string WithThousands(std::string_view number) {

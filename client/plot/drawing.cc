@@ -98,11 +98,12 @@ Drawing Beside(std::vector<Drawing> panels, double gap) {
 
 Drawing Below(std::vector<Drawing> panels, double gap) {
   Drawing column;
+  for (const Drawing& panel : panels) column.width = std::max(column.width, panel.width);
   for (Drawing& panel : panels) {
     const double top = column.height > 0 ? column.height + gap : 0;
+    const double left = 0.5 * (column.width - panel.width);
     column.height = top + panel.height;
-    column.width = std::max(column.width, panel.width);
-    Append(column, std::move(panel), {0, top});
+    Append(column, std::move(panel), {left, top});
   }
   return column;
 }

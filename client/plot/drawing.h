@@ -110,7 +110,7 @@ void Append(Drawing& drawing, Drawing part, Vec2 offset);
 
 /// Panels in a row, top edges aligned, `gap` between them.
 [[nodiscard]] Drawing Beside(std::vector<Drawing> panels, double gap = 24);
-/// Panels in a column, left edges aligned.
+/// Panels in a column, centred.
 [[nodiscard]] Drawing Below(std::vector<Drawing> panels, double gap = 16);
 
 }  // namespace pliant::plot

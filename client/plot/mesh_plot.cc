@@ -66,6 +66,9 @@ class MeshPlotter {
     return options_.fill == Fill::kValues &&
            options_.triangle_values.size() == mesh_.triangles.size() && !mesh_.triangles.empty();
   }
+  [[nodiscard]] bool HasEllipses() const {
+    return options_.ellipses == Ellipses::kShow && options_.metrics.size() == mesh_.points.size();
+  }
   [[nodiscard]] Vec2 point(std::int32_t i) const {
     return mesh_.points[static_cast<std::size_t>(i)];
   }
@@ -308,7 +311,9 @@ void MeshPlotter::DrawEdges() {
     typical = *middle;
   }
   const double width = std::clamp(0.045 * typical, 0.12, 0.8);
-  inner.stroke = {.color = {0.2, 0.22, 0.26, 1}, .width = width};
+  // Where ellipses go over it, the mesh steps back.
+  const Color color = HasEllipses() ? Color{0.6, 0.62, 0.66, 1} : Color{0.2, 0.22, 0.26, 1};
+  inner.stroke = {.color = color, .width = width};
   drawing_.items.emplace_back(std::move(inner));
   const double bold = std::clamp(3.5 * width, 0.9, 1.8);
   drawing_.items.emplace_back(ToSegments(lists.boundary, {.color = kInk, .width = bold}));
@@ -331,9 +336,7 @@ void MeshPlotter::DrawConstrained(const EdgeLists& lists, double width) {
 }
 
 void MeshPlotter::DrawEllipses() {
-  if (options_.ellipses == Ellipses::kHide || options_.metrics.size() != mesh_.points.size()) {
-    return;
-  }
+  if (!HasEllipses()) return;
   Shape shape{
       .path = {}, .fill = {}, .stroke = Stroke{.color = {0.80, 0.16, 0.22, 0.9}, .width = 0.7}};
   for (std::size_t i = 0; i < mesh_.points.size(); ++i) {
@@ -352,7 +355,10 @@ void MeshPlotter::DrawEllipses() {
     const auto scaled = [this](Vec2 e) { return Vec2{view_.scale.x * e.x, -view_.scale.y * e.y}; };
     shape.path.Ellipse(view_(p), scaled(u), scaled(v));
   }
+  // Ellipses at the boundary reach beyond it, into titles.
+  drawing_.items.emplace_back(BeginClip{.low = view_.low, .high = view_.high});
   drawing_.items.emplace_back(std::move(shape));
+  drawing_.items.emplace_back(EndClip{});
 }
 
 void MeshPlotter::DrawScale() {

@@ -7,7 +7,11 @@
 #include <cstddef>
 #include <memory>
 #include <numbers>
+#include <optional>
+#include <utility>
 #include <vector>
+
+#include "client/plot/indexed_png.h"
 
 namespace pliant::plot {
 namespace {
@@ -204,6 +208,16 @@ Result<std::string> FormatPng(const Drawing& drawing, double scale) {
   CairoPainter painter(cairo.get(), scale);
   for (const Item& item : drawing.items) std::visit(painter, item);
   if (const cairo_status_t status = cairo_status(cairo.get())) return CairoError(status);
+  cairo_surface_flush(surface.get());
+  const int row_bytes = cairo_image_surface_get_stride(surface.get());
+  const int rows = cairo_image_surface_get_height(surface.get());
+  const Pixels pixels{
+      .bytes = {cairo_image_surface_get_data(surface.get()),
+                static_cast<std::size_t>(row_bytes) * static_cast<std::size_t>(rows)},
+      .row_bytes = row_bytes,
+      .width = cairo_image_surface_get_width(surface.get()),
+      .height = rows};
+  if (std::optional<std::string> indexed = FormatIndexedPng(pixels)) return std::move(*indexed);
   std::string bytes;
   if (const auto status = cairo_surface_write_to_png_stream(surface.get(), AppendBytes, &bytes)) {
     return CairoError(status);

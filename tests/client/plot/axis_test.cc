@@ -34,7 +34,7 @@ TEST(Axis, LabelsReadWell) {
   EXPECT_EQ(Label(0), "0");
   EXPECT_EQ(Label(0.30000000000000004), "0.3");
   EXPECT_EQ(Label(-0.25), "-0.25");
-  EXPECT_EQ(Label(1500), "1500");
+  EXPECT_EQ(Label(1500), "1,500");
   EXPECT_EQ(Label(20000), "20,000");
   EXPECT_EQ(Label(-1234567), "-1,234,567");
   EXPECT_EQ(Label(2e-6), "2e-06");

@@ -43,7 +43,7 @@ TEST(Drawing, PanelsStandBesideAndBelowEachOther) {
   const Drawing column = Below({a, b}, 10);
   EXPECT_EQ(column.width, 100);
   EXPECT_EQ(column.height, 130);
-  EXPECT_EQ(std::get<Text>(column.items[1]).at, (Vec2{3, 64}));
+  EXPECT_EQ(std::get<Text>(column.items[1]).at, (Vec2{38, 64})) << "centred";
 }
 
 TEST(Drawing, ColorsRunFromDarkToLightAndRepeatAfterTen) {
