@@ -1,0 +1,60 @@
+#pragma once
+
+#include <cstdint>
+#include <functional>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "core/base/result.h"
+#include "core/pliant/remesher.h"
+#include "tests/bench/workload_cases.h"
+
+namespace pliant::bench {
+
+/// What to run, from the command line.
+struct Request {
+  CaseRequest instance;
+  Options options;
+  MetricForm form = MetricForm::kAnalytic;
+  std::string update;           ///< "", "disc", "bump", "same" or "front".
+  std::int64_t changed = 1000;  ///< "bump": nodes under the bump.
+  std::int64_t steps = 50;      ///< "front": steps of 1/50 of the domain.
+  int repeat = 3;               ///< Runs of everything that is timed.
+  std::string mesh_path;        ///< Where to write the (last) mesh; empty: nowhere.
+};
+
+/// Time that something took. On a busy machine `cpu` is the number to compare.
+struct Duration {
+  double wall = 0;  ///< Seconds.
+  double cpu = 0;   ///< Seconds of this process.
+};
+[[nodiscard]] Duration TimeOf(const std::function<void()>& action);
+
+/// The middle one; the lower of the two middle ones. @pre !values.empty()
+[[nodiscard]] double Median(std::vector<double> values);
+/// {"wall_s": median, "cpu_s": median, "cpu_s_all": [...]}.
+[[nodiscard]] nlohmann::json JsonOf(const std::vector<Duration>& durations);
+
+/// A mesh that has converged, and what that took: from the polygon or the background mesh to the
+/// first commit, the time of Create included.
+struct Built {
+  std::unique_ptr<Remesher> remesher;
+  Duration duration;
+  Progress progress;
+};
+[[nodiscard]] Result<Built> Build(const BenchCase& instance, const Request& request);
+
+/// Runs the request; the answer is the report without the machine.
+[[nodiscard]] Result<nlohmann::json> RunBuild(const Request& request);
+[[nodiscard]] Result<nlohmann::json> RunUpdate(const Request& request);
+
+/// The quality of the mesh against the case's own metric, whatever form the remesher got it in.
+[[nodiscard]] nlohmann::json QualityOf(const Mesh& mesh, const MetricField& field);
+/// Processor, cores, compiler, flags and commit: what a number must come with.
+[[nodiscard]] nlohmann::json Machine();
+/// Largest resident memory of this process so far, in MiB.
+[[nodiscard]] double PeakMemoryMib();
+
+}  // namespace pliant::bench

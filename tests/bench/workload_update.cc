@@ -1,0 +1,237 @@
+#include <algorithm>
+#include <cmath>
+#include <numeric>
+#include <span>
+#include <utility>
+
+#include "client/io/file.h"
+#include "client/io/medit.h"
+#include "core/mesh/export_mesh.h"
+#include "tests/bench/workload_run.h"
+
+namespace pliant::bench {
+namespace {
+
+/// One update: staging, loop and commit, timed apart, and what it changed.
+struct Update {
+  Duration stage;
+  Duration loop;
+  Duration commit;
+  Progress progress;
+  MeshDiff diff;
+
+  [[nodiscard]] Duration total() const {
+    return {stage.wall + loop.wall + commit.wall, stage.cpu + loop.cpu + commit.cpu};
+  }
+};
+
+Result<Update> RunOne(Remesher& remesher, const std::function<Status()>& stage) {
+  Update update;
+  Status status;
+  update.stage = TimeOf([&] { status = stage(); });
+  PLIANT_RETURN_IF_ERROR(status);
+  Result<Progress> progress = Progress{};
+  update.loop = TimeOf([&] { progress = remesher.Step({}); });
+  PLIANT_RETURN_IF_ERROR(progress);
+  update.progress = *progress;
+  update.commit = TimeOf([&] { update.diff = remesher.Commit(); });
+  return update;
+}
+
+nlohmann::json JsonOf(const std::vector<Update>& updates) {
+  std::vector<Duration> stage;
+  std::vector<Duration> loop;
+  std::vector<Duration> commit;
+  std::vector<Duration> total;
+  std::vector<double> changed;
+  std::vector<double> visits;
+  for (const Update& update : updates) {
+    stage.push_back(update.stage);
+    loop.push_back(update.loop);
+    commit.push_back(update.commit);
+    total.push_back(update.total());
+    changed.push_back(
+        static_cast<double>(update.diff.vertex_ids.size() + update.diff.removed_vertices.size()));
+    visits.push_back(static_cast<double>(update.progress.counts.visits));
+  }
+  return {{"updates", updates.size()},
+          {"total", bench::JsonOf(total)},
+          {"stage_cpu_s", bench::JsonOf(stage)["cpu_s"]},
+          {"loop_cpu_s", bench::JsonOf(loop)["cpu_s"]},
+          {"commit_cpu_s", bench::JsonOf(commit)["cpu_s"]},
+          {"changed_nodes", Median(changed)},
+          {"visits", Median(visits)}};
+}
+
+/// Case F: the disc switched on and off again, `repeat` times.
+Result<nlohmann::json> RunDisc(Remesher& remesher, const Request& request) {
+  CaseRequest on_request = request.instance;
+  on_request.name = "F-on";
+  PLIANT_ASSIGN_OR_RETURN(const BenchCase on, MakeCase(on_request));
+  PLIANT_ASSIGN_OR_RETURN(const BenchCase off, MakeCase(request.instance));
+  std::vector<Update> ups;
+  std::vector<Update> downs;
+  nlohmann::json quality_on;
+  for (int run = 0; run < request.repeat; ++run) {
+    PLIANT_ASSIGN_OR_RETURN(Update up,
+                            RunOne(remesher, [&] { return remesher.SetField(on.field()); }));
+    ups.push_back(std::move(up));
+    if (run == 0) quality_on = QualityOf(remesher.mesh(), *on.field());
+    PLIANT_ASSIGN_OR_RETURN(Update down,
+                            RunOne(remesher, [&] { return remesher.SetField(off.field()); }));
+    downs.push_back(std::move(down));
+  }
+  return nlohmann::json{{"on", JsonOf(ups)}, {"off", JsonOf(downs)}, {"quality_on", quality_on}};
+}
+
+/// The live vertices nearest to a point, at most `count`, ascending, and how far they reach.
+struct Neighborhood {
+  std::vector<VertexId> vertices;
+  double radius = 0;
+};
+Neighborhood Nearest(const Mesh& mesh, Vec2 center, std::int64_t count) {
+  const ExportedMesh all = ExportMesh(mesh);
+  std::vector<std::pair<double, VertexId>> order;
+  for (std::size_t i = 0; i < all.vertex_ids.size(); ++i) {
+    order.emplace_back(Length(all.data.points[i] - center), all.vertex_ids[i]);
+  }
+  const auto last = order.begin() + std::min<std::ptrdiff_t>(count, std::ssize(order)) - 1;
+  std::nth_element(order.begin(), last, order.end());
+  Neighborhood result{.vertices = {}, .radius = last->first};
+  for (auto it = order.begin(); it != last; ++it) result.vertices.push_back(it->second);
+  std::sort(result.vertices.begin(), result.vertices.end());
+  return result;
+}
+
+/// Twice the density around a point of about `changed` nodes, smooth at the rim, then as before.
+Result<nlohmann::json> RunBump(Remesher& remesher, const Request& request) {
+  PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(request.instance));
+  const auto field = instance.field();
+  const Domain& domain = instance.domain;
+  // 0.6 and 0.62 of the way between opposite corners: in the dense part of case A, on no symmetry.
+  const Vec2 low = domain.points[0];
+  const Vec2 high = domain.points[2];
+  const Vec2 center{low.x + 0.6 * (high.x - low.x), low.y + 0.62 * (high.y - low.y)};
+  const auto tensors_at = [&](const Neighborhood& where, double height) {
+    std::vector<Metric> tensors;
+    std::int32_t hint = MetricField::kNoHint;
+    for (const VertexId id : where.vertices) {
+      const Vec2 p = remesher.mesh().position(id);
+      const double u = std::max(0.0, 1 - Length(p - center) / where.radius);
+      tensors.push_back((1 + height * u * u * (3 - 2 * u)) * field->At(p, hint));
+    }
+    return tensors;
+  };
+  std::vector<Update> ups;
+  std::vector<Update> downs;
+  for (int run = 0; run < request.repeat; ++run) {
+    const Neighborhood where = Nearest(remesher.mesh(), center, request.changed);
+    const auto finer = tensors_at(where, 1);
+    PLIANT_ASSIGN_OR_RETURN(
+        Update up, RunOne(remesher, [&] { return remesher.SetTensors(where.vertices, finer); }));
+    ups.push_back(std::move(up));
+    // The bump and as much again around it, where nodes have the metric interpolated from it.
+    Neighborhood after = Nearest(remesher.mesh(), center, 4 * request.changed);
+    const auto before = tensors_at(after, 0);
+    PLIANT_ASSIGN_OR_RETURN(
+        Update down, RunOne(remesher, [&] { return remesher.SetTensors(after.vertices, before); }));
+    downs.push_back(std::move(down));
+  }
+  return nlohmann::json{{"on", JsonOf(ups)}, {"off", JsonOf(downs)}};
+}
+
+/// The same metric again: once as the same formulas, once as the same tensors at every vertex.
+Result<nlohmann::json> RunSame(Remesher& remesher, const Request& request) {
+  const auto formulas = FormulasOf(request.instance);
+  if (!formulas.has_value()) {
+    return Error{.code = ErrorCode::kOutOfRange,
+                 .message = "Case " + request.instance.name + " has no formulas to send twice."};
+  }
+  PLIANT_RETURN_IF_ERROR(remesher.SetMetric(*formulas));
+  PLIANT_ASSIGN_OR_RETURN(const Progress first, remesher.Step({}));
+  (void)first;
+  (void)remesher.Commit();
+  std::vector<Update> by_formulas;
+  std::vector<Update> by_tensors;
+  for (int run = 0; run < request.repeat; ++run) {
+    PLIANT_ASSIGN_OR_RETURN(Update formula,
+                            RunOne(remesher, [&] { return remesher.SetMetric(*formulas); }));
+    by_formulas.push_back(std::move(formula));
+  }
+  std::vector<Metric> tensors;
+  for (const VertexId id : ExportMesh(remesher.mesh()).vertex_ids) {
+    tensors.push_back(remesher.mesh().metric(id));
+  }
+  for (int run = 0; run < request.repeat; ++run) {
+    PLIANT_ASSIGN_OR_RETURN(Update tensor,
+                            RunOne(remesher, [&] { return remesher.SetTensors({}, tensors); }));
+    by_tensors.push_back(std::move(tensor));
+  }
+  for (const auto* updates : {&by_formulas, &by_tensors}) {
+    for (const Update& update : *updates) {
+      if (!update.diff.empty()) {
+        return Error{.code = ErrorCode::kInternal,
+                     .message = "The same metric again changed " +
+                                std::to_string(update.diff.vertex_ids.size()) +
+                                " vertices; Local promises an empty diff."};
+      }
+    }
+  }
+  return nlohmann::json{{"formulas", JsonOf(by_formulas)}, {"tensors", JsonOf(by_tensors)}};
+}
+
+/// Case E: the front goes from where it is in steps of 1/50.
+Result<nlohmann::json> RunFront(Remesher& remesher, const Request& request) {
+  std::vector<Update> updates;
+  CaseRequest moving = request.instance;
+  nlohmann::json quality;
+  double q_min = 1;
+  double q_mean = 0;
+  double share = 0;
+  for (std::int64_t step = 0; step < request.steps; ++step) {
+    moving.front += 0.02;
+    PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(moving));
+    PLIANT_ASSIGN_OR_RETURN(Update update,
+                            RunOne(remesher, [&] { return remesher.SetField(instance.field()); }));
+    updates.push_back(std::move(update));
+    quality = QualityOf(remesher.mesh(), *instance.field());
+    q_min = std::min(q_min, quality["q_min"].get<double>());
+    q_mean += quality["q_mean"].get<double>();
+    share += quality["integrated_125"].get<double>();
+  }
+  const auto steps = static_cast<double>(request.steps);
+  nlohmann::json report{{"steps", JsonOf(updates)},
+                        {"q_mean_of_steps", q_mean / steps},
+                        {"q_min_of_steps", q_min},
+                        {"integrated_125_of_steps", share / steps},
+                        {"quality_last", quality}};
+  return report;
+}
+
+}  // namespace
+
+Result<nlohmann::json> RunUpdate(const Request& request) {
+  PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(request.instance));
+  PLIANT_ASSIGN_OR_RETURN(const Built built, Build(instance, request));
+  nlohmann::json report{{"nodes", built.remesher->mesh().vertex_count()},
+                        {"build", bench::JsonOf(std::vector{built.duration})}};
+  Result<nlohmann::json> result = Error{
+      .code = ErrorCode::kOutOfRange,
+      .message = "There is no update '" + request.update + "'; there are disc, bump, same, front.",
+      .field = "update"};
+  if (request.update == "disc") result = RunDisc(*built.remesher, request);
+  if (request.update == "bump") result = RunBump(*built.remesher, request);
+  if (request.update == "same") result = RunSame(*built.remesher, request);
+  if (request.update == "front") result = RunFront(*built.remesher, request);
+  PLIANT_RETURN_IF_ERROR(result);
+  report[request.update] = *result;
+  report["nodes_after"] = built.remesher->mesh().vertex_count();
+  report["peak_rss_mib"] = PeakMemoryMib();
+  if (!request.mesh_path.empty()) {
+    PLIANT_RETURN_IF_ERROR(io::WriteFileAtomically(
+        request.mesh_path, io::FormatMedit(ExportMesh(built.remesher->mesh()).data)));
+  }
+  return report;
+}
+
+}  // namespace pliant::bench

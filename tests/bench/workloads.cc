@@ -1,0 +1,73 @@
+// Times whole builds and updates on the cases of the peer benchmark, in this process, and reports
+// as JSON: tests/bench/README.md.
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <fstream>
+#include <iostream>
+#include <map>
+
+#include "tests/bench/workload_run.h"
+
+namespace {
+
+using pliant::Variant;
+using pliant::bench::MetricForm;
+using pliant::bench::Request;
+
+const std::map<std::string, Variant> kVariants = {
+    {"nested", Variant::kNested}, {"cooled", Variant::kCooled}, {"paper", Variant::kPaper}};
+const std::map<std::string, MetricForm> kForms = {{"analytic", MetricForm::kAnalytic},
+                                                  {"expression", MetricForm::kExpression},
+                                                  {"background", MetricForm::kBackground}};
+
+int Run(const Request& request, nlohmann::json report, const std::string& path) {
+  auto result = request.update.empty() ? RunBuild(request) : RunUpdate(request);
+  if (!result.ok()) {
+    std::cerr << result.error().message << '\n';
+    return 1;
+  }
+  report["result"] = *result;
+  report["machine"] = pliant::bench::Machine();
+  if (path.empty()) {
+    std::cout << report.dump(2) << '\n';
+    return 0;
+  }
+  std::ofstream file(path);
+  file << report.dump(2) << '\n';
+  return file.good() ? 0 : 1;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  Request request;
+  std::string variant = "nested";
+  std::string metric = "analytic";
+  std::string json_path;
+  CLI::App app("Times builds and updates of meshes; the report is JSON.");
+  app.add_option("--case", request.instance.name, "A, B, C, C1000, D, E or F")->required();
+  app.add_option("--nodes", request.instance.node_count, "wanted nodes")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--poly", request.instance.poly, "case D: outlines as a Triangle .poly");
+  app.add_option("--front", request.instance.front, "case E: where the front starts");
+  app.add_option("--variant", variant)->check(CLI::IsMember(kVariants));
+  app.add_option("--metric", metric)->check(CLI::IsMember(kForms));
+  app.add_option("--update", request.update, "disc, bump, same or front; default: only the build");
+  app.add_option("--changed", request.changed, "bump: nodes under it")
+      ->check(CLI::Range(2, 1 << 30));
+  app.add_option("--steps", request.steps, "front: number of steps")->check(CLI::PositiveNumber);
+  app.add_option("--repeat", request.repeat)->check(CLI::PositiveNumber);
+  app.add_option("--mesh", request.mesh_path, "write the mesh here (Medit)");
+  app.add_option("--json", json_path, "write the report here; default: standard output");
+  CLI11_PARSE(app, argc, argv);
+  request.options.variant = kVariants.at(variant);
+  request.form = kForms.at(metric);
+  return Run(request,
+             {{"case", request.instance.name},
+              {"nodes_wanted", request.instance.node_count},
+              {"variant", variant},
+              {"metric", metric},
+              {"update", request.update},
+              {"repeat", request.repeat}},
+             json_path);
+}
