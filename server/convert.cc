@@ -172,6 +172,9 @@ Result<VertexTensors> ConvertVertexMetric(const v1::VertexMetric& wire) {
 Status ApplyEnums(const v1::SessionOptions& wire, Options& options) {
   if (wire.has_variant()) {
     switch (wire.variant()) {
+      case v1::VARIANT_NESTED:
+        options.variant = Variant::kNested;
+        break;
       case v1::VARIANT_COOLED:
         options.variant = Variant::kCooled;
         break;
