@@ -18,6 +18,19 @@ Status Named(const Status& status, const std::string& field) {
   return error;
 }
 
+// Tensors at vertices are taken as they are: limits would be dropped without a word.
+bool ChangesLimits(const MetricUpdate& update) {
+  return update.time || update.size_min || update.size_max || update.anisotropy_max ||
+         update.gradation || update.rotation;
+}
+
+Error LimitsOfTensors() {
+  return {ErrorCode::kUnimplemented,
+          "limits or time of tensors at vertices are not implemented by this server; send the "
+          "tensors with the limits applied, or another source",
+          "metric.limits"};
+}
+
 }  // namespace
 
 Result<StagedEngine> StagedEngine::Create(EngineInput input, EngineFactory factory) {
@@ -36,7 +49,14 @@ StagedEngine::StagedEngine(std::unique_ptr<EngineInput> input, EngineFactory fac
 
 Status StagedEngine::Stage(const MetricUpdate& update) {
   const VertexTensors* tensors = std::get_if<VertexTensors>(&update.source);
-  const Status status = tensors != nullptr ? SetTensors(*tensors) : SetSpec(update);
+  Status status;
+  if (tensors == nullptr) {
+    status = SetSpec(update);
+  } else if (ChangesLimits(update)) {
+    status = LimitsOfTensors();
+  } else {
+    status = SetTensors(*tensors);
+  }
   if (!status.ok()) {
     tainted_ = true;
     return Named(status, tensors != nullptr ? "metric.tensors" : "metric");
@@ -74,10 +94,7 @@ Status StagedEngine::SetSpec(const MetricUpdate& update) {
   if (spec_ != nullptr) {
     spec = *spec_;
   } else if (std::holds_alternative<std::monostate>(update.source)) {
-    return Error{ErrorCode::kUnimplemented,
-                 "changing limits or time of tensors at vertices is not implemented by this "
-                 "server; send the tensors with the limits applied, or another source",
-                 "metric.limits"};
+    return LimitsOfTensors();
   }
   std::visit(
       [&](const auto& source) {

@@ -80,7 +80,7 @@ class Client:
                 makes one.
             labels: free text by key, at most 16.
             advance: how long the first run may take. Default: until converged.
-            **options: h_min, h_max (or hmin, hmax), hgrad, anisotropy_max as in
+            **options: h_min, h_max (or hmin, hmax), hgrad, rotation, anisotropy_max as in
                 `pliant.options.Limits`; seed, variant, smoothing, no_insert, no_swap, no_move and
                 so on as in `pliant.options.SessionOptions`.
 

@@ -45,21 +45,24 @@ class Limits:
         h_min: least wanted edge length, domain units.
         h_max: greatest wanted edge length, domain units.
         anisotropy_max: greatest ratio of the wanted lengths along and across, >= 1.
-        hgrad: greatest ratio of the wanted lengths of neighbouring edges, 1.1 to 3. Only when the
-            session is created.
+        hgrad: greatest ratio of the wanted lengths of neighbouring edges, 1 to 10; 1.5 is usual.
+        rotation: how much directions may turn within one edge, 0.1 to 10; 0.7 is usual, larger is
+            looser.
     """
 
     h_min: Optional[float] = None
     h_max: Optional[float] = None
     anisotropy_max: Optional[float] = None
     hgrad: Optional[float] = None
+    rotation: Optional[float] = None
 
     def to_wire(self):
         """The message; None if nothing is set."""
         if self == Limits():
             return None
         return metric_pb2.MetricLimits(size_min=self.h_min, size_max=self.h_max,
-                                       anisotropy_max=self.anisotropy_max, gradation=self.hgrad)
+                                       anisotropy_max=self.anisotropy_max, gradation=self.hgrad,
+                                       rotation=self.rotation)
 
 
 @dataclass(frozen=True)

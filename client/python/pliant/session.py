@@ -83,7 +83,9 @@ class Session:
                 other vertices keep their metric.
             time: value of t in expressions from now on.
             advance: how long the loop may run. Default: until converged.
-            **limits: `h_min`, `h_max`, `anisotropy_max` as in `Client.create_session`, from now on.
+            **limits: `h_min`, `h_max`, `hgrad`, `rotation`, `anisotropy_max` from now on, as in
+                `pliant.options.Limits`. Tensors at vertices are taken as they are: with them limits
+                are refused, UNIMPLEMENTED; apply them before you send.
 
         Raises:
             InvalidInput: NOT_POSITIVE_DEFINITE, NOT_FINITE, INDEX_OUT_OF_RANGE, DUPLICATE_ID,

@@ -178,6 +178,10 @@ def test_time_and_limits(client):
         coarse = len(one.mesh.points)
         one.update_metric(hmax=0.2)
         assert fine > 2 * coarse > 2 * len(one.mesh.points)
+        one.update_metric(pliant.metric.size("x < 0.5 ? 0.02 : 0.2"))
+        jump = len(one.mesh.points)
+        one.update_metric(hgrad=1.2)
+        assert len(one.mesh.points) > 1.1 * jump
 
 
 def test_anisotropic_expression_and_background(client):
@@ -275,7 +279,7 @@ def test_refused_metrics_change_nothing(client, session):
     with pytest.raises(pliant.InvalidInput, match="expected .* one for each vertex"):
         session.update_metric(good)
     with pytest.raises(pliant.Unimplemented):
-        session.update_metric(hgrad=1.5)
+        session.update_metric(good, few, h_max=0.05)
     assert session.update_metric(pliant.metric.size(0.1)).revision == 2
     check_same(session.mesh, session.download())
 
