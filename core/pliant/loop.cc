@@ -129,14 +129,68 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
     return;
   }
   star_.Gather(mesh_, node);
+  if (UsesPatch(node)) {
+    VisitPatch(field, visit, heat);
+    return;
+  }
   const double speed = options_.permissions.move ? Move(field, heat.alpha) : 0;
   if (options_.permissions.swap && Swap()) star_.Gather(mesh_, node);
+  FinishVisit(field, node, heat, speed);
+}
+
+void PliantLoop::FinishVisit(const MetricField& field, VertexId node, const Heat& heat,
+                             double speed) {
+  const VisitState visit = mesh_.vertex(node).visit;
   if (options_.permissions.insert) {
-    if (TryDelete(heat)) return;
-    TryInsert(field, heat);
+    if (TryDelete(NodeExtent(mesh_, star_), heat)) return;
+    TryInsert(field, LargestSpokeExtent(mesh_, star_), heat);
   }
+  StayActive(node, visit, speed);
+}
+
+void PliantLoop::StayActive(VertexId node, const VisitState& visit, double speed) {
   if (speed > state_.settings.speed_threshold) Push(node, visit.hop);
   if (speed > state_.settings.neighbor_threshold) PushRing(node, visit.hop + 1);
+}
+
+void PliantLoop::VisitPatch(const MetricField& field, const VisitState& visit, const Heat& heat) {
+  const VertexId node = star_.center();
+  patch_.Gather(mesh_, star_);
+  const double speed = options_.permissions.move ? MovePatch(field, heat.alpha) : 0;
+  if (options_.permissions.swap && patch_.MaySwap(mesh_, star_) && Swap()) {
+    star_.Gather(mesh_, node);
+    if (!Patch::Fits(star_)) {
+      FinishVisit(field, node, heat, speed);
+      return;
+    }
+    patch_.Gather(mesh_, star_);
+  }
+  if (options_.permissions.insert) {
+    const Patch::Extents extents = patch_.MeasureExtents();
+    if (TryDelete(extents.node, heat)) return;
+    TryInsert(field, {extents.largest_spoke, extents.largest}, heat);
+  }
+  StayActive(node, visit, speed);
+}
+
+double PliantLoop::MovePatch(const MetricField& field, double alpha) {
+  const VertexId node = star_.center();
+  const Vec2 step = patch_.Step(alpha);
+  const Vec2 target = mesh_.position(node) + step;
+  if (!IsFinite(step) || !patch_.StaysPositive(target)) return 0;
+  const double speed = std::sqrt(SquaredLength(mesh_.metric(node), step));
+  edit_.MoveVertex(node, target);
+  RefreshMetric(field, node);
+  patch_.MoveCenter(target, mesh_.metric(node));
+  if (speed > 0) ++state_.counts.moves;
+  return speed;
+}
+
+bool PliantLoop::UsesPatch(VertexId node) const {
+  // The paper's variant may put a node on the boundary, and other smoothing functions are for
+  // comparison: both take the general way.
+  return options_.variant != Variant::kPaper && options_.smoothing == Smoothing::kPliant &&
+         !mesh_.vertex(node).edge.valid() && Patch::Fits(star_);
 }
 
 void PliantLoop::VisitGiven(const MetricField& field, VertexId node, const Heat& heat) {
@@ -148,7 +202,9 @@ void PliantLoop::VisitGiven(const MetricField& field, VertexId node, const Heat&
     if (options_.permissions.swap && Swap()) {
       star_.Gather(mesh_, node, FansOf(mesh_, node)[fan]);
     }
-    if (options_.permissions.insert) TryInsert(field, heat);
+    if (options_.permissions.insert) {
+      TryInsert(field, LargestSpokeExtent(mesh_, star_), heat);
+    }
   }
 }
 
@@ -214,8 +270,8 @@ bool PliantLoop::Swap() {
   return swaps > 0;
 }
 
-bool PliantLoop::TryDelete(const Heat& heat) {
-  if (NodeExtent(mesh_, star_) >= heat.delete_below) return false;
+bool PliantLoop::TryDelete(double extent, const Heat& heat) {
+  if (extent >= heat.delete_below) return false;
   const int hop = mesh_.vertex(star_.center()).visit.hop;
   const std::optional<std::int32_t> swaps = RemoveNode(edit_, flipper_, star_);
   if (!swaps) return false;
@@ -225,8 +281,7 @@ bool PliantLoop::TryDelete(const Heat& heat) {
   return true;
 }
 
-void PliantLoop::TryInsert(const MetricField& field, const Heat& heat) {
-  const SpokeExtent largest = LargestSpokeExtent(mesh_, star_);
+void PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat) {
   if (!(largest.extent > heat.insert_above)) return;
   if (mesh_.vertex_count() >= options_.vertices_max) {
     ++state_.counts.refused_at_limit;

@@ -7,8 +7,10 @@
 #include "core/mesh/mesh_edit.h"
 #include "core/mesh/star.h"
 #include "core/metric/metric_field.h"
+#include "core/pliant/extent.h"
 #include "core/pliant/node_queue.h"
 #include "core/pliant/options.h"
+#include "core/pliant/patch.h"
 
 namespace pliant {
 
@@ -113,14 +115,23 @@ class PliantLoop {
 
   void VisitNode(const MetricField& field, VertexId node);
   void VisitGiven(const MetricField& field, VertexId node, const Heat& heat);
+  /// The visit of an interior node with few neighbours, by columns: the same operations as the
+  /// general one in the same order, and the same bits.
+  void VisitPatch(const MetricField& field, const VisitState& visit, const Heat& heat);
+  [[nodiscard]] bool UsesPatch(VertexId node) const;
+  /// The end of a visit: deletion or insertion, and who stays active.
+  void FinishVisit(const MetricField& field, VertexId node, const Heat& heat, double speed);
+  double MovePatch(const MetricField& field, double alpha);
   /// @return metric length of the step taken, 0 if the node stayed.
   double Move(const MetricField& field, double alpha);
   double MoveFree(const MetricField& field, Vec2 step);
   double MoveOnSegment(const MetricField& field, Vec2 step);
   [[nodiscard]] bool StaysPositive(Vec2 center) const;
   void RefreshMetric(const MetricField& field, VertexId node);
-  bool TryDelete(const Heat& heat);
-  void TryInsert(const MetricField& field, const Heat& heat);
+  /// Deletes the star's center if its extent asks for it. @return true if it is gone.
+  bool TryDelete(double extent, const Heat& heat);
+  void TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat);
+  void StayActive(VertexId node, const VisitState& visit, double speed);
   /// Restores the Delaunay criterion around the star. @return true if the star is out of date.
   bool Swap();
 
@@ -129,6 +140,7 @@ class PliantLoop {
   const Options options_;
   MetricFlipper flipper_;
   Star star_;
+  Patch patch_;
   State state_;
 };
 
