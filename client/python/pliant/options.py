@@ -9,13 +9,14 @@ from pliant.v1 import edit_pb2, metric_pb2, options_pb2
 # Names that users know from other remeshers.
 _ALIASES = {"hmin": "h_min", "hmax": "h_max"}
 
-_VARIANTS = {"cooled": options_pb2.VARIANT_COOLED, "paper": options_pb2.VARIANT_PAPER}
-_SMOOTHINGS = {
-    "pliant": options_pb2.SMOOTHING_PLIANT,
-    "laplacian": options_pb2.SMOOTHING_LAPLACIAN,
-    "lennard_jones": options_pb2.SMOOTHING_LENNARD_JONES,
-    "bubble": options_pb2.SMOOTHING_BUBBLE,
-}
+
+def _names(enum, prefix):
+    """The enum's names in Python, "paper" for VARIANT_PAPER, so that none is forgotten here."""
+    return {name.removeprefix(prefix).lower(): number for name, number in enum.items() if number}
+
+
+_VARIANTS = _names(options_pb2.Variant, "VARIANT_")
+_SMOOTHINGS = _names(options_pb2.Smoothing, "SMOOTHING_")
 
 
 @dataclass(frozen=True)
@@ -71,7 +72,8 @@ class SessionOptions:
 
     Attributes:
         seed: seed of every random choice; same input, options and seed: same mesh, bit for bit.
-        variant: "cooled" (default) or "paper" (the paper's loop to the letter).
+        variant: "nested" (default: the first mesh of a domain from coarse to fine), "cooled" or
+            "paper" (the paper's loop to the letter).
         smoothing: "pliant" (default), "laplacian", "lennard_jones" or "bubble".
         no_insert: no vertex is inserted or deleted.
         no_swap: no edge is swapped.

@@ -77,7 +77,7 @@ REFUSED = [
     (lambda: pliant.metric.expression("1; 0"), "EXPRESSION_SYNTAX", "metric.expression", "M11"),
     (lambda: pliant.metric.background([1], np.ones((1, 3))), "ARRAY_TYPE", "mesh", "list"),
     (lambda: options.split({"variant": "papr"})[1].to_wire(), "OUT_OF_RANGE", "options.variant",
-     "cooled, paper"),
+     "must be one of .*cooled.*paper.*; got 'papr'"),
 ]
 
 

@@ -200,12 +200,14 @@ def test_anisotropic_expression_and_background(client):
 
 
 def test_same_seed_same_bits(client):
-    def build(**options):
-        with client.create_session(domain=square(), metric=pliant.metric.size("0.03 + 0.1*x"),
+    def build(size="0.03 + 0.1*x", **options):
+        with client.create_session(domain=square(), metric=pliant.metric.size(size),
                                    **options) as one:
             return one.mesh.state_hash
 
     assert build(seed=5) == build(seed=5)
+    # Only large meshes are built in levels.
+    assert build(0.015, variant="nested") == build(0.015) != build(0.015, variant="cooled")
     assert build(variant="paper", seed=5) != build(variant="paper", seed=6)
     assert len({build(smoothing=name) for name in ("pliant", "laplacian", "lennard_jones",
                                                    "bubble")}) == 4
