@@ -31,8 +31,7 @@ Connection::Connection(std::string address, const ConnectOptions& options)
       sessions_(v1::SessionService::NewStub(channel_)) {}
 
 Status Connection::Handshake() {
-  const auto deadline = std::chrono::system_clock::now() + options_.connect_timeout;
-  if (!channel_->WaitForConnected(deadline)) {
+  if (!WaitForConnected()) {
     return Error{.code = ErrorCode::kUnavailable,
                  .message = "no server answers at " + address_ +
                             "; check the address and that pliantd runs there",
@@ -47,6 +46,17 @@ Status Connection::Handshake() {
   server_info_.capabilities.assign(response.capabilities().begin(), response.capabilities().end());
   for (const auto& [name, value] : response.limits()) server_info_.limits.emplace(name, value);
   return {};
+}
+
+/// Unlike grpc's own, not waiting on where nobody listens: a person wants to know at once.
+bool Connection::WaitForConnected() {
+  const auto deadline = std::chrono::system_clock::now() + options_.connect_timeout;
+  while (true) {
+    const grpc_connectivity_state state = channel_->GetState(/*try_to_connect=*/true);
+    if (state == GRPC_CHANNEL_READY) return true;
+    if (state == GRPC_CHANNEL_TRANSIENT_FAILURE || state == GRPC_CHANNEL_SHUTDOWN) return false;
+    if (!channel_->WaitForStateChange(state, deadline)) return false;
+  }
 }
 
 Result<MeshReplica> Connection::GetMesh(const std::string& session_id, Parts parts) {

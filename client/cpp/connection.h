@@ -38,6 +38,8 @@ class Connection {
   Result<Quality> GetQuality(const std::string& session_id);
 
  private:
+  [[nodiscard]] bool WaitForConnected();
+
   std::string address_;
   ConnectOptions options_;
   std::shared_ptr<grpc::Channel> channel_;

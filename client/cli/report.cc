@@ -1,0 +1,194 @@
+#include "client/cli/report.h"
+
+#include <sys/resource.h>
+
+#include <array>
+#include <cstdio>
+#include <ctime>
+#include <iostream>
+
+#include "client/cli/progress_bar.h"
+#include "client/io/file.h"
+
+namespace pliant::cli {
+namespace {
+
+Json LengthsJson(const LengthStatistics& lengths) {
+  return {{"mean", lengths.mean},
+          {"min", lengths.min},
+          {"max", lengths.max},
+          {"share_sqrt2", lengths.share_sqrt2},
+          {"share_125", lengths.share_125}};
+}
+
+template <std::size_t kBins>
+Json HistogramJson(const Histogram<kBins>& histogram) {
+  return {{"low", 0.0}, {"high", histogram.upper}, {"counts", histogram.counts}};
+}
+
+template <class... Values>
+std::string Format(const char* format, Values... values) {
+  std::array<char, 256> buffer;
+  std::snprintf(buffer.data(), buffer.size(), format, values...);
+  return buffer.data();
+}
+
+std::string Hex(std::uint64_t value) {
+  return Format("%016llx", static_cast<unsigned long long>(value));
+}
+
+std::string UtcTime(std::chrono::system_clock::time_point time) {
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 32> buffer;
+  std::strftime(buffer.data(), buffer.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return buffer.data();
+}
+
+std::string StateName(client::SessionState state) {
+  switch (state) {
+    case client::SessionState::kIdle:
+      return "idle";
+    case client::SessionState::kRunning:
+      return "running";
+    case client::SessionState::kAsleep:
+      return "asleep";
+  }
+  return "idle";
+}
+
+}  // namespace
+
+Json QualityJson(const Quality& quality) {
+  return {{"vertex_count", quality.vertex_count},
+          {"triangle_count", quality.triangle_count},
+          {"edge_count", quality.edge_count},
+          {"q_mean", quality.q_mean},
+          {"q_min", quality.q_min},
+          {"q_percentile_1", quality.q_percentile_1},
+          {"complexity", quality.complexity},
+          {"integrated", LengthsJson(quality.integrated)},
+          {"averaged", LengthsJson(quality.averaged)},
+          {"angles_deg", HistogramJson(quality.angles)},
+          {"lengths", HistogramJson(quality.lengths)}};
+}
+
+std::string QualityText(const Quality& quality) {
+  const auto lengths = [](const char* name, const LengthStatistics& l) {
+    return Format(
+        "%-22s %.3f mean, %.3f to %.3f; %.1f %% in [1/sqrt 2, sqrt 2], "
+        "%.1f %% in [0.8, 1.25]\n",
+        name, l.mean, l.min, l.max, 100 * l.share_sqrt2, 100 * l.share_125);
+  };
+  std::string text = "vertices               " + Grouped(quality.vertex_count) +
+                     "\ntriangles              " + Grouped(quality.triangle_count) +
+                     "\nedges                  " + Grouped(quality.edge_count) + "\n";
+  text += Format("triangle quality       %.4f mean, %.4f at 1 %%, %.4f least\n", quality.q_mean,
+                 quality.q_percentile_1, quality.q_min);
+  text += lengths("lengths, integrated", quality.integrated);
+  text += lengths("lengths, averaged", quality.averaged);
+  text += Format("complexity             %.6g\n", quality.complexity);
+  return text;
+}
+
+Json RemeshJson(const RemeshReport& report, const RemeshResult& result) {
+  const client::AdvanceReport& advance = result.report;
+  Json json = {{"pliant_version", PLIANT_VERSION},
+               {"mode", report.server ? "server" : "local"},
+               {"input", report.input},
+               {"output", report.output},
+               {"vertex_count", advance.summary.vertex_count},
+               {"triangle_count", advance.summary.triangle_count},
+               {"constrained_edge_count", advance.summary.edge_count},
+               {"state_hash", Hex(advance.summary.state_hash)},
+               {"stop", StopName(advance.stop)},
+               {"active_count", advance.active_count},
+               {"seconds",
+                {{"read", report.read_seconds},
+                 {"remesh", report.remesh_seconds},
+                 {"write", report.write_seconds}}},
+               {"peak_memory_bytes", report.peak_memory_bytes},
+               {"loop",
+                {{"visits", advance.visits},
+                 {"moves", advance.moves},
+                 {"insertions", advance.insertions},
+                 {"deletions", advance.deletions},
+                 {"swaps", advance.swaps},
+                 {"cooled_count", advance.cooled_count}}},
+               {"quality", QualityJson(result.quality)}};
+  if (report.server) json["server"] = *report.server;
+  return json;
+}
+
+Json SessionJson(const client::SessionInfo& session) {
+  return {{"session_id", session.session_id},
+          {"revision", static_cast<std::int64_t>(session.revision)},
+          {"state", StateName(session.state)},
+          {"vertex_count", session.summary.vertex_count},
+          {"triangle_count", session.summary.triangle_count},
+          {"constrained_edge_count", session.summary.edge_count},
+          {"state_hash", Hex(session.summary.state_hash)},
+          {"active_count", session.active_count},
+          {"create_time", UtcTime(session.create_time)},
+          {"commit_time", UtcTime(session.commit_time)},
+          {"labels", session.labels},
+          {"memory_bytes", session.memory_bytes}};
+}
+
+std::string StopName(client::AdvanceStop stop) {
+  switch (stop) {
+    case client::AdvanceStop::kConverged:
+      return "converged";
+    case client::AdvanceStop::kVisitBudget:
+      return "visit_budget";
+    case client::AdvanceStop::kTimeBudget:
+      return "time_budget";
+    case client::AdvanceStop::kCancelled:
+      return "cancelled";
+    case client::AdvanceStop::kVertexLimit:
+      return "vertex_limit";
+    case client::AdvanceStop::kVisitLimit:
+      return "visit_limit";
+    case client::AdvanceStop::kServerClosing:
+      return "server_closing";
+  }
+  return "converged";
+}
+
+std::string StopWarning(const client::AdvanceReport& report) {
+  const std::string active = Grouped(report.active_count) + " vertices are still active";
+  switch (report.stop) {
+    case client::AdvanceStop::kConverged:
+      return {};
+    case client::AdvanceStop::kVisitBudget:
+      return "stopped by --visits-max; " + active;
+    case client::AdvanceStop::kTimeBudget:
+      return "stopped by --seconds-max; " + active;
+    case client::AdvanceStop::kCancelled:
+      return "stopped early; " + active;
+    case client::AdvanceStop::kVertexLimit:
+      return "the mesh is coarser than wanted: --vertices-max was reached";
+    case client::AdvanceStop::kVisitLimit:
+      return "the loop did not come to rest and was ended; " + active +
+             "; --variant cooled always comes to rest";
+    case client::AdvanceStop::kServerClosing:
+      return "stopped because the server shuts down; " + active;
+  }
+  return {};
+}
+
+std::int64_t PeakMemoryBytes() {
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  return static_cast<std::int64_t>(usage.ru_maxrss) * 1024;
+}
+
+Status WriteJson(const std::string& path, const Json& json) {
+  const std::string text = json.dump(2) + "\n";
+  if (path != "-") return io::WriteFileAtomically(path, text);
+  std::cout << text << std::flush;
+  return {};
+}
+
+}  // namespace pliant::cli

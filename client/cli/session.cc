@@ -1,0 +1,203 @@
+#include <iostream>
+#include <memory>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "client/cli/command.h"
+#include "client/cli/engine.h"
+#include "client/cli/interrupt.h"
+#include "client/cli/loop_options.h"
+#include "client/cli/mesh_output.h"
+#include "client/cli/metric_options.h"
+#include "client/cli/progress_bar.h"
+#include "client/cli/report.h"
+#include "client/cli/server_options.h"
+#include "client/cpp/client.h"
+#include "client/io/formats.h"
+
+// pliant session: sessions on a server, one command for each thing that can be done with them.
+
+namespace pliant::cli {
+namespace {
+
+using client::Client;
+
+struct SessionOptions {
+  ServerOptions server;
+  std::string id;
+  std::vector<std::string> ids;
+  std::string input;
+  std::string output;
+  std::string json;
+  MetricOptions metric;
+  LoopOptions loop;
+};
+using Shared = std::shared_ptr<SessionOptions>;
+using Work = Status (*)(const SessionOptions&, Client&);
+
+void PrintSession(const client::SessionInfo& session) {
+  const Json json = SessionJson(session);
+  std::cout << session.session_id << "  revision " << json["revision"] << "  "
+            << json["state"].get<std::string>() << "  " << Grouped(session.summary.vertex_count)
+            << " vertices  " << Grouped(session.summary.triangle_count) << " triangles  created "
+            << json["create_time"].get<std::string>() << "\n";
+}
+
+Status Create(const SessionOptions& options, Client& server) {
+  PLIANT_ASSIGN_OR_RETURN(io::Geometry input, io::ReadGeometry(options.input));
+  PLIANT_ASSIGN_OR_RETURN(const MetricSpec metric,
+                          MakeMetricSpec(options.metric, input, options.input));
+  client::Start start;
+  std::visit([&](auto& geometry) { start = std::move(geometry); }, input);
+  client::SessionSettings settings;
+  settings.options = options.loop.options;
+  settings.session_id = options.id;
+  settings.labels["client"] = "pliant session create";
+  PLIANT_ASSIGN_OR_RETURN(const std::unique_ptr<client::Session> session,
+                          server.CreateSession(start, metric, settings));
+  const InterruptGuard guard;
+  Result<client::AdvanceReport> report = [&] {
+    ProgressBar bar(std::cerr, ProgressBar::OfStandardError());
+    return AdvanceWithProgress(*session, options.loop.advance(),
+                               [&](const client::AdvanceProgress& progress) {
+                                 bar.Show(progress);
+                                 return guard.interrupted() ? Proceed::kCancel : Proceed::kGoOn;
+                               });
+  }();
+  if (!report.ok()) {
+    // A session without its first mesh is of no use to whoever asked for one.
+    static_cast<void>(server.DeleteSession(session->id()));
+    return report.error();
+  }
+  if (const std::string warning = StopWarning(*report); !warning.empty()) {
+    std::cerr << "pliant: warning: " << warning << "\n";
+  }
+  PLIANT_ASSIGN_OR_RETURN(const client::SessionInfo info, server.GetSession(session->id()));
+  if (!options.json.empty()) return WriteJson(options.json, SessionJson(info));
+  std::cout << session->id() << "\n";
+  return {};
+}
+
+Status List(const SessionOptions& options, Client& server) {
+  PLIANT_ASSIGN_OR_RETURN(const std::vector<client::SessionInfo> sessions, server.ListSessions());
+  if (!options.json.empty()) {
+    Json json = Json::array();
+    for (const client::SessionInfo& session : sessions) json.push_back(SessionJson(session));
+    return WriteJson(options.json, json);
+  }
+  for (const client::SessionInfo& session : sessions) PrintSession(session);
+  return {};
+}
+
+Status Show(const SessionOptions& options, Client& server) {
+  PLIANT_ASSIGN_OR_RETURN(const client::SessionInfo session, server.GetSession(options.id));
+  if (!options.json.empty()) return WriteJson(options.json, SessionJson(session));
+  PrintSession(session);
+  return {};
+}
+
+Status Get(const SessionOptions& options, Client& server) {
+  PLIANT_RETURN_IF_ERROR(CheckMeshOutput(options.output));
+  PLIANT_ASSIGN_OR_RETURN(const client::MeshReplica replica,
+                          server.GetMesh(options.id, client::Parts::kMeshAndMetric));
+  return WriteCompactMesh(options.output, replica.Compact());
+}
+
+Status ShowQuality(const SessionOptions& options, Client& server) {
+  PLIANT_ASSIGN_OR_RETURN(const Quality quality, server.GetQuality(options.id));
+  if (!options.json.empty()) return WriteJson(options.json, QualityJson(quality));
+  std::cout << QualityText(quality);
+  return {};
+}
+
+Status Delete(const SessionOptions& options, Client& server) {
+  for (const std::string& id : options.ids) {
+    PLIANT_RETURN_IF_ERROR([&]() -> Status {
+      const Result<Revision> revision = server.DeleteSession(id);
+      return revision.ok() ? Status() : Status(revision.error());
+    }());
+  }
+  return {};
+}
+
+CLI::App& Add(CLI::App& group, const std::string& name, const std::string& what) {
+  return *group.add_subcommand(name, what);
+}
+
+void AddId(CLI::App& command, const Shared& options) {
+  command.add_option("id", options->id, "Which session")->required()->type_name("ID");
+}
+
+CLI::Option* AddJson(CLI::App& command, const Shared& options) {
+  return command.add_option("--json", options->json, "As JSON; without FILE to standard output")
+      ->type_name("[FILE]")
+      ->expected(0, 1);
+}
+
+/// The last step for each command: the options that all have, the example, and what to do.
+void Finish(CLI::App& command, const Shared& options, Work work, Command& chosen) {
+  AddServerOptions(command, options->server, LocalWork::kImpossible);
+  const CLI::Option* json = command.get_option_no_throw("--json");
+  command.callback([options, json, work, &chosen] {
+    if (json != nullptr && json->count() > 0 && options->json.empty()) options->json = "-";
+    chosen.run = [options, work]() -> Status {
+      PLIANT_ASSIGN_OR_RETURN(Client server, Client::Connect(options->server.address()));
+      return work(*options, server);
+    };
+  });
+}
+
+}  // namespace
+
+void AddSessionCommand(CLI::App& app, Command& chosen) {
+  CLI::App& group = *app.add_subcommand("session", "Sessions on a server");
+  group.require_subcommand(1);
+  group.footer("Example:\n  pliant session list");
+  const auto options = std::make_shared<SessionOptions>();
+
+  CLI::App& create = Add(group, "create", "Create a session with its first mesh; prints its id");
+  create.add_option("input", options->input, "Domain or mesh, as for remesh")
+      ->required()
+      ->type_name("INPUT");
+  create.add_option("--id", options->id, "Wished id; the server makes one if absent")
+      ->type_name("ID");
+  AddJson(create, options);
+  AddMetricOptions(create, options->metric, MetricNeed::kRequired);
+  AddLoopOptions(create, options->loop);
+  create.footer("Example:\n  pliant session create plate.poly --size 0.05 --id plate");
+  Finish(create, options, Create, chosen);
+
+  CLI::App& list = Add(group, "list", "List all sessions, oldest first");
+  AddJson(list, options);
+  list.footer("Example:\n  pliant session list --json");
+  Finish(list, options, List, chosen);
+
+  CLI::App& show = Add(group, "show", "Describe a session");
+  AddId(show, options);
+  AddJson(show, options);
+  show.footer("Example:\n  pliant session show plate");
+  Finish(show, options, Show, chosen);
+
+  CLI::App& get = Add(group, "get", "Download a session's mesh");
+  AddId(get, options);
+  get.add_option("-o,--output", options->output, "Mesh: .mesh, .meshb, .msh, .vtu or .node/.ele")
+      ->required()
+      ->type_name("FILE");
+  get.footer("Example:\n  pliant session get plate -o plate.vtu");
+  Finish(get, options, Get, chosen);
+
+  CLI::App& quality = Add(group, "quality", "Measure how well a session's mesh meets its metric");
+  AddId(quality, options);
+  AddJson(quality, options);
+  quality.footer("Example:\n  pliant session quality plate");
+  Finish(quality, options, ShowQuality, chosen);
+
+  CLI::App& remove = Add(group, "delete", "End sessions and free what they hold");
+  remove.add_option("ids", options->ids, "Which sessions")->required()->type_name("ID");
+  remove.footer("Example:\n  pliant session delete plate");
+  Finish(remove, options, Delete, chosen);
+}
+
+}  // namespace pliant::cli
