@@ -17,22 +17,18 @@ client::AdvanceOptions LoopOptions::advance() const {
 }
 
 void AddLoopOptions(CLI::App& command, LoopOptions& loop) {
-  static const std::map<std::string, Variant> kVariants = {{"cooled", Variant::kCooled},
-                                                           {"paper", Variant::kPaper}};
+  static const std::map<std::string, Variant> kVariants = {
+      {"nested", Variant::kNested}, {"cooled", Variant::kCooled}, {"paper", Variant::kPaper}};
   static const std::map<std::string, Smoothing> kSmoothings = {
       {"pliant", Smoothing::kPliant},
       {"laplacian", Smoothing::kLaplacian},
       {"lennard-jones", Smoothing::kLennardJones},
       {"bubble", Smoothing::kBubble}};
   Options& options = loop.options;
-  command
-      .add_option("--hgrad", options.gradation,
-                  "Sizes grow at most by this factor from one edge to the next; 0 is no limit")
-      ->capture_default_str();
   command.add_option("--variant", options.variant, "Which loop")
       ->transform(CLI::CheckedTransformer(kVariants).description(""))
-      ->type_name("cooled|paper")
-      ->default_str("cooled");
+      ->type_name("nested|cooled|paper")
+      ->default_str("nested");
   command.add_option("--smoothing", options.smoothing, "Smoothing function")
       ->transform(CLI::CheckedTransformer(kSmoothings).description(""))
       ->type_name("pliant|laplacian|lennard-jones|bubble")

@@ -98,6 +98,14 @@ void AddMetricOptions(CLI::App& command, MetricOptions& options, MetricNeed need
       .add_option("--anisotropy-max", options.bounds.anisotropy_max,
                   "Greatest ratio of wanted lengths along and across; 0 is no limit")
       ->capture_default_str();
+  command
+      .add_option("--hgrad", options.gradation.gradation,
+                  "Sizes grow at most by this factor from one edge to the next; 0 is no limit")
+      ->capture_default_str();
+  command
+      .add_option("--rotation", options.gradation.rotation,
+                  "Limit on how far axes turn over one long element, 0.3 to 1.4; 0 is no limit")
+      ->capture_default_str();
 }
 
 Result<MetricSpec> MakeMetricSpec(const MetricOptions& options, const io::Geometry& input,
@@ -105,6 +113,7 @@ Result<MetricSpec> MakeMetricSpec(const MetricOptions& options, const io::Geomet
   MetricSpec spec;
   spec.time = options.time;
   spec.bounds = options.bounds;
+  spec.gradation = options.gradation;
   if (!options.size.empty()) {
     spec.source = SizeMetric{options.size};
   } else if (!options.expression.empty()) {

@@ -18,6 +18,7 @@ struct MetricOptions {
   std::string size;             ///< --size
   double time = 0;
   SizeBounds bounds;
+  GradationOptions gradation;
 
   [[nodiscard]] bool given() const {
     return !metric_file.empty() || !expression.empty() || !size.empty();

@@ -171,7 +171,7 @@ std::string StopWarning(const client::AdvanceReport& report) {
       return "the mesh is coarser than wanted: --vertices-max was reached";
     case client::AdvanceStop::kVisitLimit:
       return "the loop did not come to rest and was ended; " + active +
-             "; --variant cooled always comes to rest";
+             "; --variant nested and cooled always come to rest";
     case client::AdvanceStop::kServerClosing:
       return "stopped because the server shuts down; " + active;
   }

@@ -226,7 +226,16 @@ v1::SessionOptions ToWire(const Options& options) {
   const Options defaults;
   v1::SessionOptions message;
   if (options.seed != defaults.seed) message.set_seed(std::bit_cast<std::int64_t>(options.seed));
-  if (options.variant == Variant::kPaper) message.set_variant(v1::VARIANT_PAPER);
+  switch (options.variant) {
+    case Variant::kNested:
+      break;
+    case Variant::kCooled:
+      message.set_variant(v1::VARIANT_COOLED);
+      break;
+    case Variant::kPaper:
+      message.set_variant(v1::VARIANT_PAPER);
+      break;
+  }
   switch (options.smoothing) {
     case Smoothing::kPliant:
       break;

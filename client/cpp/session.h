@@ -35,8 +35,7 @@ class Session {
   [[nodiscard]] const std::string& id() const;
   [[nodiscard]] const MeshReplica& replica() const;
 
-  /// Stages another metric; the gradation stays as it was at creation. Errors: those of
-  /// MakeMetricField.
+  /// Stages another metric, which replaces all of the last one. Errors: those of MakeMetricField.
   Status UpdateMetric(const MetricSpec& metric);
 
   /// Stages tensors at vertices of the replica's revision; the others keep theirs. An empty

@@ -146,6 +146,17 @@ TEST(Convert, OnlyOptionsThatDifferFromTheDefaultsAreSent) {
   EXPECT_EQ(message.visits_per_vertex_max(), 7);
 }
 
+TEST(Convert, EveryVariantHasItsName) {
+  const auto variant = [](Variant value) {
+    Options options;
+    options.variant = value;
+    return ToWire(options).variant();
+  };
+  EXPECT_EQ(variant(Options().variant), v1::VARIANT_UNSPECIFIED) << "the default is left out";
+  EXPECT_EQ(variant(Variant::kCooled), v1::VARIANT_COOLED);
+  EXPECT_EQ(variant(Variant::kPaper), v1::VARIANT_PAPER);
+}
+
 TEST(Convert, DiffsAndSnapshotsComeBackAsTheyWere) {
   ModelChanger changer(/*seed=*/5);
   const ModelMesh first = changer.Next({}, 30);

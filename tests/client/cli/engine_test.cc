@@ -28,21 +28,22 @@ TEST(Engine, MakesAMeshOfADomain) {
   EXPECT_GT(result->quality.q_mean, 0.9);
 }
 
+// Goal: however the loop is cut into steps, the mesh is the same.
 TEST(Engine, StepsThatAreCutByLimitsAddUpToTheSameMesh) {
   const auto whole = RemeshLocally(Job("0.01"), {});
   ASSERT_TRUE(whole.ok());
-  ASSERT_GT(whole->report.visits, 60'000) << "must take several steps to test anything";
+  ASSERT_GT(whole->report.visits, 20'000) << "must take several steps to test anything";
   RemeshJob limited = Job("0.01");
   limited.advance.visits_max = whole->report.visits;
   const auto same = RemeshLocally(limited, {});
   ASSERT_TRUE(same.ok());
   EXPECT_EQ(same->report.summary, whole->report.summary);
 
-  limited.advance.visits_max = 30'000;
+  limited.advance.visits_max = 10'001;
   const auto part = RemeshLocally(limited, {});
   ASSERT_TRUE(part.ok());
   EXPECT_EQ(part->report.stop, client::AdvanceStop::kVisitBudget);
-  EXPECT_EQ(part->report.visits, 30'000);
+  EXPECT_EQ(part->report.visits, 10'001);
   EXPECT_GT(part->report.active_count, 0);
 }
 

@@ -22,14 +22,13 @@ TEST(LoopOptions, NothingGivenMeansTheDefaults) {
 
 TEST(LoopOptions, EachOptionReachesItsField) {
   const LoopOptions loop = Parsed(
-      "--variant paper --smoothing lennard-jones --seed 18446744073709551615 --hgrad 1.5 "
+      "--variant paper --smoothing lennard-jones --seed 18446744073709551615 "
       "--no-insert --no-swap --no-move --vertices-max 77 --step 0.25 --speed-threshold 0.125 "
       "--visits-max 9 --seconds-max 0.0001");
   Options expected;
   expected.variant = Variant::kPaper;
   expected.smoothing = Smoothing::kLennardJones;
   expected.seed = ~std::uint64_t{0};
-  expected.gradation = 1.5;
   expected.permissions = {.insert = false, .swap = false, .move = false};
   expected.vertices_max = 77;
   expected.step = 0.25;

@@ -35,8 +35,9 @@ TEST(MetricOptions, ExactlyOneSourceIsNeeded) {
 }
 
 TEST(MetricOptions, FormulasTimeAndBoundsReachTheSpecification) {
-  const MetricOptions options =
-      Parsed("--metric-expr \" 1+x ;0; 4*y\" --time 2.5 --hmin 0.1 --hmax 3 --anisotropy-max 100");
+  const MetricOptions options = Parsed(
+      "--metric-expr \" 1+x ;0; 4*y\" --time 2.5 --hmin 0.1 --hmax 3 --anisotropy-max 100 "
+      "--hgrad 1.5 --rotation 0.7");
   const Result<MetricSpec> spec = MakeMetricSpec(options, UnitSquare(), "in.poly");
   ASSERT_TRUE(spec.ok());
   EXPECT_EQ(std::get<ExpressionMetric>(spec->source), (ExpressionMetric{"1+x", "0", "4*y"}));
@@ -44,6 +45,8 @@ TEST(MetricOptions, FormulasTimeAndBoundsReachTheSpecification) {
   EXPECT_EQ(spec->bounds.size_min, 0.1);
   EXPECT_EQ(spec->bounds.size_max, 3);
   EXPECT_EQ(spec->bounds.anisotropy_max, 100);
+  EXPECT_EQ(spec->gradation.gradation, 1.5);
+  EXPECT_EQ(spec->gradation.rotation, 0.7);
 
   const auto size = MakeMetricSpec(Parsed("--size 0.1+x"), UnitSquare(), "in.poly");
   ASSERT_TRUE(size.ok());
