@@ -18,7 +18,8 @@ Status Named(const Status& status, const std::string& field) {
   return error;
 }
 
-// Tensors at vertices are taken as they are: limits would be dropped without a word.
+// The engine lays the limits that hold on tensors at vertices; new ones would be dropped without a
+// word.
 bool ChangesLimits(const MetricUpdate& update) {
   return update.time || update.size_min || update.size_max || update.anisotropy_max ||
          update.gradation || update.rotation;
@@ -26,8 +27,8 @@ bool ChangesLimits(const MetricUpdate& update) {
 
 Error LimitsOfTensors() {
   return {ErrorCode::kUnimplemented,
-          "limits or time of tensors at vertices are not implemented by this server; send the "
-          "tensors with the limits applied, or another source",
+          "changing limits or time of tensors at vertices is not implemented by this server; set "
+          "the limits before the tensors, or send another source",
           "metric.limits"};
 }
 

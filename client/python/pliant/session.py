@@ -84,8 +84,8 @@ class Session:
             time: value of t in expressions from now on.
             advance: how long the loop may run. Default: until converged.
             **limits: `h_min`, `h_max`, `hgrad`, `rotation`, `anisotropy_max` from now on, as in
-                `pliant.options.Limits`. Tensors at vertices are taken as they are: with them limits
-                are refused, UNIMPLEMENTED; apply them before you send.
+                `pliant.options.Limits`. Limits hold for tensors too, but are refused together with
+                and after tensors (UNIMPLEMENTED): set them when the session is created.
 
         Raises:
             InvalidInput: NOT_POSITIVE_DEFINITE, NOT_FINITE, INDEX_OUT_OF_RANGE, DUPLICATE_ID,

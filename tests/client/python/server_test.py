@@ -184,6 +184,16 @@ def test_time_and_limits(client):
         assert len(one.mesh.points) > 1.1 * jump
 
 
+def test_limits_hold_for_tensors(client):
+    with client.create_session(domain=square(), metric=pliant.metric.size(0.2),
+                               h_min=0.1) as one:
+        one.update_metric(isotropic(np.full(len(one.mesh.points), 0.01)))
+        lengths = one.quality().averaged
+        assert one.quality().complexity == pytest.approx(100) and 0.8 < lengths.mean < 1.3
+        with pytest.raises(pliant.Unimplemented):
+            one.update_metric(h_min=0.05)
+
+
 def test_anisotropic_expression_and_background(client):
     with client.create_session(domain=square(), seed=3, metric=pliant.metric.expression(
             "1/0.02^2; 0; 1/0.2^2")) as one:
