@@ -194,9 +194,15 @@ Result<std::vector<TaggedEdge>> CollectEdges(const MeshData& mesh,
   }
   for (std::size_t i = 0; i < sides.size(); ++i) {
     const bool first = i == 0 || sides[i - 1].Ends() != sides[i].Ends();
-    if (!first || taken[i] || HasTwin(view, i)) continue;
+    if (!first || taken[i]) continue;
+    const bool boundary = !HasTwin(view, i);
+    if (!boundary &&
+        triangles[sides[i].triangle].region == triangles[sides[i + 1].triangle].region) {
+      continue;
+    }
     const auto [low, high] = sides[i].Ends();
-    edges.push_back({sides[i].ascending ? std::array{low, high} : std::array{high, low}, 0, true});
+    edges.push_back(
+        {sides[i].ascending ? std::array{low, high} : std::array{high, low}, 0, boundary});
   }
   return edges;
 }

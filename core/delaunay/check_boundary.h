@@ -18,7 +18,8 @@ struct TaggedEdge {
   bool boundary = false;  ///< No triangle on its right.
 };
 
-/// The constrained edges: those given, in their order, then the remaining boundary edges.
+/// The constrained edges: those given, in their order, then the remaining ones on the boundary and
+/// between triangles of different regions.
 /// Errors: kNonManifoldEdge (index = second triangle that claims a side), kEdgeNotInMesh and
 /// kDuplicateSegment (index = edge).
 [[nodiscard]] Result<std::vector<TaggedEdge>> CollectEdges(const MeshData& mesh,

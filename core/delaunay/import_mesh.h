@@ -25,7 +25,8 @@ struct MeshPlan {
 
 /// Checks an existing triangulation and recovers its geometry: maximal straight runs of constrained
 /// edges with one tag become segments, whose inner vertices may slide; all other vertices on
-/// constrained edges are fixed. Boundary edges that are not given are constrained with tag 0.
+/// constrained edges are fixed. Edges on the boundary and between regions that are not given are
+/// constrained with tag 0, so that regions keep their shape.
 ///
 /// All triangles may be clockwise; then they are turned. Errors, each with the first bad index:
 /// kEmpty, kArrayLength, kIndexOutOfRange, kNotFinite ("mesh.points"); kTriangleDegenerate,

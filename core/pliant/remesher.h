@@ -42,7 +42,8 @@ class Remesher {
                                                   const Options& options);
 
   /// A session from an existing triangulation. Vertex and triangle i keep the numbers i as slots.
-  /// Constrained edges are the given ones and every edge on the boundary (tag 0 if not given).
+  /// Constrained edges are the given ones and every edge on the boundary or between two regions
+  /// (tag 0 if not given).
   /// Vertices where constrained edges meet at an angle, change tag or branch are fixed; the others
   /// may slide along the straight line they lie on. Errors: those of ImportMesh.
   static Result<std::unique_ptr<Remesher>> Create(const MeshData& mesh, const MetricSpec& metric,
