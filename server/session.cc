@@ -369,6 +369,8 @@ void Session::FinishAdvance(AdvanceEnd end) {
     if (drain_error_ && advance.progress.stop_reason == StopReason::kCancelled) {
       end = AdvanceEnd::kServerClosing;
     }
+    info_.revision = revision_;
+    info_.active_count = active_count_;
     info_.summary = diff.summary;
     info_.commit_time = environment_.clock->WallNow();
   }
@@ -424,6 +426,8 @@ void Session::Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_
 
 void Session::Answer(const std::shared_ptr<Editor>& editor, SessionEvent event) {
   results_.Add(event);
+  // Before the answer: who has it and asks for the session must not see the state before it.
+  PublishInfo();
   editor->Send(std::move(event));
   editor->CommandDone();
 }
