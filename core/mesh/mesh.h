@@ -16,11 +16,16 @@ namespace pliant {
 /// What the loop remembers about a node between its visits; part of the vertex so that a visit
 /// touches one cache line and a rollback restores it with the rest.
 struct VisitState {
+  /// How far the node has moved since its neighbours last heard of it, in domain units.
+  float drift_x = 0;
+  float drift_y = 0;
   std::uint32_t epoch =
       0;                 ///< Update in which `age` and `hop` were set; other values mean "never".
   std::uint8_t age = 0;  ///< Visits in that update, see core/README.md on termination.
   std::uint8_t hop = 0;  ///< Edges between the node and what the update changed.
-  bool active = false;   ///< Waits in the queue.
+  bool active : 1 = false;  ///< Waits in the queue.
+  bool cold : 1 = false;    ///< In that update: only its surroundings changed; it began old.
+  bool tired : 1 = false;   ///< Was cooled in its last update: its surroundings cannot be met.
 
   friend bool operator==(const VisitState&, const VisitState&) = default;
 };
@@ -31,9 +36,7 @@ struct alignas(64) VertexRecord {
   Metric metric;
   TriangleId triangle;  ///< Any triangle at the vertex.
   EdgeId edge;          ///< Head of the list of its constrained edges; none in the interior.
-  std::int32_t hint =
-      -1;  ///< Where the metric field found the vertex last; never decides anything.
-  VisitState visit;
+  [[no_unique_address]] VisitState visit;  // The flags below use its last byte.
   bool live : 1 = false;
   bool fixed : 1 = false;      ///< Given by the domain: the loop neither moves nor deletes it.
   bool pinched : 1 = false;    ///< Several fans of triangles meet here (touching loops); is fixed.
@@ -94,6 +97,9 @@ class Mesh {
   [[nodiscard]] Vec2 position(VertexId id) const { return vertices_[id.index()].position; }
   [[nodiscard]] const Metric& metric(VertexId id) const { return vertices_[id.index()].metric; }
 
+  /// Where the metric field found the vertex last; never decides anything.
+  [[nodiscard]] std::int32_t hint(VertexId id) const { return hints_[id.index()]; }
+
   /// One past the highest slot in use or once used; loops over elements run to here and skip the
   /// dead.
   [[nodiscard]] std::int32_t vertex_slots() const { return vertex_allocator_.size(); }
@@ -148,6 +154,7 @@ class Mesh {
   friend class MeshBreaker;  // Of validate_test.cc: makes every fault that Validate looks for.
 
   std::vector<VertexRecord> vertices_;
+  std::vector<std::int32_t> hints_;  // Per vertex slot; apart, because the log does not hold them.
   std::vector<TriangleRecord> triangles_;
   std::vector<EdgeRecord> edges_;
   std::vector<SegmentRecord> segments_;

@@ -6,6 +6,8 @@
 namespace pliant {
 namespace {
 
+constexpr std::int32_t kNoHint = -1;
+
 constexpr std::uint8_t Bit(int side) { return static_cast<std::uint8_t>(1U << side); }
 
 constexpr bool IsConstrained(const TriangleRecord& triangle, int side) {
@@ -275,7 +277,10 @@ void MeshEdit::FreeEdge(EdgeId id) {
 
 VertexId MeshEdit::TakeVertex() {
   const VertexId id(mesh_.vertex_allocator_.Take());
-  if (id.index() == mesh_.vertices_.size()) mesh_.vertices_.emplace_back();
+  if (id.index() == mesh_.vertices_.size()) {
+    mesh_.vertices_.emplace_back();
+    mesh_.hints_.push_back(kNoHint);
+  }
   TouchVertex(id).live = true;
   return id;
 }

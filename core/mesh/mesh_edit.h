@@ -70,7 +70,7 @@ class MeshEdit {
   /// Writable state of the loop. The reference is valid until the next call that adds vertices.
   VisitState& Visit(VertexId vertex);
   /// Writable without a trace in the log: hints never decide anything.
-  std::int32_t& Hint(VertexId vertex) { return mesh_.vertices_[vertex.index()].hint; }
+  std::int32_t& Hint(VertexId vertex) { return mesh_.hints_[vertex.index()]; }
 
   /// Replaces the diagonal `side` of its two triangles by the other one. Both slots stay in use.
   /// @pre the side has a neighbour and is not constrained

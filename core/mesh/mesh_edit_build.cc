@@ -64,6 +64,7 @@ void MeshEdit::Build(std::span<const Vec2> positions, std::span<const NewTriangl
                      std::span<const NewEdge> edges, std::span<const SegmentRecord> segments) {
   PLIANT_CHECK(mesh_.vertices_.empty() && mesh_.triangles_.empty());
   mesh_.vertices_.resize(positions.size());
+  mesh_.hints_.assign(positions.size(), -1);
   mesh_.triangles_.resize(triangles.size());
   mesh_.edges_.resize(edges.size());
   mesh_.segments_.assign(segments.begin(), segments.end());
@@ -132,7 +133,11 @@ std::vector<VertexId> MeshEdit::Compact() {
   const std::vector<std::int32_t> vertices = DenseNumbers(mesh_.vertices_);
   const std::vector<std::int32_t> triangles = DenseNumbers(mesh_.triangles_);
   const std::vector<std::int32_t> edges = DenseNumbers(mesh_.edges_);
+  for (std::size_t v = 0; v < vertices.size(); ++v) {
+    if (vertices[v] >= 0) mesh_.hints_[static_cast<std::size_t>(vertices[v])] = mesh_.hints_[v];
+  }
   DropDead(mesh_.vertices_);
+  mesh_.hints_.resize(mesh_.vertices_.size());
   DropDead(mesh_.triangles_);
   DropDead(mesh_.edges_);
   for (VertexRecord& record : mesh_.vertices_) {

@@ -138,6 +138,7 @@ void MeshEdit::Rollback() {
     log.clear();
   };
   restore(log_.vertices, mesh_.vertices_, mesh_.vertex_allocator_, log_.vertex_slots);
+  mesh_.hints_.resize(mesh_.vertices_.size());
   restore(log_.triangles, mesh_.triangles_, mesh_.triangle_allocator_, log_.triangle_slots);
   restore(log_.edges, mesh_.edges_, mesh_.edge_allocator_, log_.edge_slots);
 }

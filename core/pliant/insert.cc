@@ -50,7 +50,7 @@ std::optional<Insertion> InsertOnSpoke(MeshEdit& edit, MetricFlipper& flipper,
       !SplitsWell(mesh, {beyond, mesh.SideTowards(beyond, side.triangle)}, point)) {
     return std::nullopt;
   }
-  std::int32_t hint = mesh.vertex(star.center()).hint;
+  std::int32_t hint = mesh.hint(star.center());
   const Metric metric = field.At(point, hint);
   Insertion insertion{edit.SplitEdge(side, point, t), 0};
   edit.SetMetric(insertion.vertex, metric);

@@ -17,6 +17,14 @@ namespace {
 /// A cancel shall take effect within milliseconds; a visit takes well under a microsecond.
 constexpr std::int64_t kVisitsBetweenPolls = 256;
 
+/// A neighbour that sleeps is woken when a node has moved this far since it last was, in metric
+/// length: waking it for less lets a disturbance of one node run through a whole mesh.
+constexpr double kWakingDrift = 0.15;
+
+/// A node that its last update had to cool gets this many visits until its metric changes: it is
+/// not at rest, it was stopped, and a fresh age would let it run again.
+constexpr int kVisitsOfTired = 2;
+
 }  // namespace
 
 LoopSettings SettingsOf(const Options& options) {
@@ -82,13 +90,29 @@ PliantLoop::Heat PliantLoop::HeatOf(const VisitState& visit) const {
 
 VisitState PliantLoop::CurrentVisit(VertexId node) const {
   VisitState visit = mesh_.vertex(node).visit;
-  if (visit.epoch != state_.epoch) {
-    visit.epoch = state_.epoch;
-    visit.age = 0;
-    // A node that an earlier update left waiting goes on with the reach it has.
-    if (!visit.active) visit.hop = UINT8_MAX;
-  }
+  if (visit.epoch == state_.epoch) return visit;
+  visit.epoch = state_.epoch;
+  visit.age = 0;
+  visit.cold = false;
+  // A node that an earlier update left waiting goes on as warm as new and with the reach it has.
+  if (visit.active) return visit;
+  visit.hop = UINT8_MAX;
+  visit.cold = true;
+  const LoopSettings& settings = state_.settings;
+  const int start = visit.tired ? settings.age_max - kVisitsOfTired
+                                : settings.age_cooling +
+                                      (settings.age_max - settings.age_cooling) / 5;
+  visit.age = static_cast<std::uint8_t>(std::max(start, 0));
   return visit;
+}
+
+void PliantLoop::Wake(VertexId node) {
+  VisitState visit = CurrentVisit(node);
+  visit.age = 0;
+  visit.cold = false;
+  visit.tired = false;
+  if (!(visit == mesh_.vertex(node).visit)) edit_.Visit(node) = visit;
+  Push(node, 0);
 }
 
 void PliantLoop::Push(VertexId node, int hop) {
@@ -121,6 +145,7 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
     // Before anything else: the proof of termination needs new nodes to see the higher age.
     ++visit.age;
     if (visit.age >= state_.settings.age_max) ++state_.counts.cooled;
+    if (visit.age >= state_.settings.age_cooling) visit.tired = true;
   }
   edit_.Visit(node) = visit;
   const Heat heat = HeatOf(visit);
@@ -130,7 +155,7 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
   }
   star_.Gather(mesh_, node);
   if (UsesPatch(node)) {
-    VisitPatch(field, visit, heat);
+    VisitPatch(field, heat);
     return;
   }
   const double speed = options_.permissions.move ? Move(field, heat.alpha) : 0;
@@ -140,20 +165,46 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
 
 void PliantLoop::FinishVisit(const MetricField& field, VertexId node, const Heat& heat,
                              double speed) {
-  const VisitState visit = mesh_.vertex(node).visit;
   if (options_.permissions.insert) {
     if (TryDelete(NodeExtent(mesh_, star_), heat)) return;
     TryInsert(field, LargestSpokeExtent(mesh_, star_), heat);
   }
-  StayActive(node, visit, speed);
+  StayActive(node, speed);
 }
 
-void PliantLoop::StayActive(VertexId node, const VisitState& visit, double speed) {
-  if (speed > state_.settings.speed_threshold) Push(node, visit.hop);
-  if (speed > state_.settings.neighbor_threshold) PushRing(node, visit.hop + 1);
+void PliantLoop::StayActive(VertexId node, double speed) {
+  const int hop = mesh_.vertex(node).visit.hop;
+  if (speed > state_.settings.speed_threshold) Push(node, hop);
+  if (options_.variant == Variant::kPaper) {
+    if (speed > state_.settings.speed_threshold) PushRing(node, hop + 1);
+  } else if (speed > 0) {
+    NotifyRing(node, speed);
+  }
 }
 
-void PliantLoop::VisitPatch(const MetricField& field, const VisitState& visit, const Heat& heat) {
+void PliantLoop::NotifyRing(VertexId node, double speed) {
+  const VertexRecord& record = mesh_.vertex(node);
+  const int hop = record.visit.hop;
+  const Vec2 drift{record.visit.drift_x, record.visit.drift_y};
+  if (SquaredLength(record.metric, drift) > kWakingDrift * kWakingDrift) {
+    VisitState& visit = edit_.Visit(node);
+    visit.drift_x = visit.drift_y = 0;
+    PushRing(node, hop + 1);
+  } else if (speed > state_.settings.neighbor_threshold) {
+    star_.Gather(mesh_, node);
+    for (const VertexId neighbor : star_.ring()) {
+      if (mesh_.vertex(neighbor).visit.epoch == state_.epoch) Push(neighbor, hop + 1);
+    }
+  }
+}
+
+void PliantLoop::AddDrift(VertexId node, Vec2 step) {
+  VisitState& visit = edit_.Visit(node);
+  visit.drift_x += static_cast<float>(step.x);
+  visit.drift_y += static_cast<float>(step.y);
+}
+
+void PliantLoop::VisitPatch(const MetricField& field, const Heat& heat) {
   const VertexId node = star_.center();
   patch_.Gather(mesh_, star_);
   const double speed = options_.permissions.move ? MovePatch(field, heat.alpha) : 0;
@@ -170,7 +221,7 @@ void PliantLoop::VisitPatch(const MetricField& field, const VisitState& visit, c
     if (TryDelete(extents.node, heat)) return;
     TryInsert(field, {extents.largest_spoke, extents.largest}, heat);
   }
-  StayActive(node, visit, speed);
+  StayActive(node, speed);
 }
 
 double PliantLoop::MovePatch(const MetricField& field, double alpha) {
@@ -180,6 +231,7 @@ double PliantLoop::MovePatch(const MetricField& field, double alpha) {
   if (!IsFinite(step) || !patch_.StaysPositive(target)) return 0;
   const double speed = std::sqrt(SquaredLength(mesh_.metric(node), step));
   edit_.MoveVertex(node, target);
+  AddDrift(node, step);
   RefreshMetric(field, node);
   patch_.MoveCenter(target, mesh_.metric(node));
   if (speed > 0) ++state_.counts.moves;
@@ -229,6 +281,7 @@ double PliantLoop::MoveFree(const MetricField& field, Vec2 step) {
   } else {
     star_.Gather(mesh_, node);
   }
+  AddDrift(node, step);
   RefreshMetric(field, node);
   return speed;
 }
@@ -245,6 +298,7 @@ double PliantLoop::MoveOnSegment(const MetricField& field, Vec2 step) {
   if (!(edge.parameters[0] < t && t < mesh_.edge(after).parameters[1])) return 0;
   const double speed = std::fabs(t - edge.parameters[1]) * std::sqrt(squared);
   if (!StaysPositive(mesh_.PointOnSegment(edge.segment, t))) return 0;
+  AddDrift(node, (t - edge.parameters[1]) * direction);
   edit_.SlideVertex(node, t);
   RefreshMetric(field, node);
   return speed;
@@ -289,7 +343,7 @@ void PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& largest,
   }
   const VertexId node = star_.center();
   const VisitState visit = mesh_.vertex(node).visit;
-  const int far_age = CurrentVisit(star_.ring()[largest.spoke]).age;
+  const VisitState far = CurrentVisit(star_.ring()[largest.spoke]);
   const std::optional<Insertion> made = InsertOnSpoke(
       edit_, flipper_, field, star_, largest.spoke,
       options_.permissions.swap ? AfterInsertion::kSwapEdges : AfterInsertion::kLeaveEdges);
@@ -298,8 +352,12 @@ void PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& largest,
   state_.counts.swaps += made->swaps;
   VisitState& born = edit_.Visit(made->vertex);
   born.epoch = visit.epoch;
-  born.age = std::max(visit.age, static_cast<std::uint8_t>(far_age));
+  // A cold end began old, not grew old: its age must not stop a refinement before it is done. The
+  // proof of termination needs no more than the age of the node that is being visited.
+  born.age = far.cold ? visit.age : std::max(visit.age, far.age);
+  born.cold = visit.cold;
   born.hop = visit.hop;
+  born.tired = visit.tired && far.tired;
   PLIANT_DCHECK(options_.variant == Variant::kPaper || born.age > visit.age - 1);
   Push(made->vertex, visit.hop);
   PushRing(made->vertex, visit.hop + 1);

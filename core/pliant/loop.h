@@ -68,8 +68,12 @@ class PliantLoop {
   /// Begins an update: ages and hops count from zero again.
   void BeginUpdate(const LoopSettings& settings);
 
-  /// Wakes a node because its own surroundings changed: hop 0.
-  void Wake(VertexId node) { Push(node, 0); }
+  /// Wakes a node whose metric or geometry has changed: hop 0, age 0, as if it were new.
+  void Wake(VertexId node);
+
+  /// Visits a node again though nothing about it has changed: it starts at the age of a neighbour
+  /// that an update reaches.
+  void Revisit(VertexId node) { Push(node, 0); }
 
   /// Visits nodes until none is active or the budget is used up. The result does not depend on how
   /// a run is cut into budgets.
@@ -117,7 +121,7 @@ class PliantLoop {
   void VisitGiven(const MetricField& field, VertexId node, const Heat& heat);
   /// The visit of an interior node with few neighbours, by columns: the same operations as the
   /// general one in the same order, and the same bits.
-  void VisitPatch(const MetricField& field, const VisitState& visit, const Heat& heat);
+  void VisitPatch(const MetricField& field, const Heat& heat);
   [[nodiscard]] bool UsesPatch(VertexId node) const;
   /// The end of a visit: deletion or insertion, and who stays active.
   void FinishVisit(const MetricField& field, VertexId node, const Heat& heat, double speed);
@@ -131,7 +135,10 @@ class PliantLoop {
   /// Deletes the star's center if its extent asks for it. @return true if it is gone.
   bool TryDelete(double extent, const Heat& heat);
   void TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat);
-  void StayActive(VertexId node, const VisitState& visit, double speed);
+  /// The end of a move: who is to be visited (again) because the node moved.
+  void StayActive(VertexId node, double speed);
+  void NotifyRing(VertexId node, double speed);
+  void AddDrift(VertexId node, Vec2 step);
   /// Restores the Delaunay criterion around the star. @return true if the star is out of date.
   bool Swap();
 

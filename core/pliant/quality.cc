@@ -150,7 +150,7 @@ Quality MeasureQuality(const Mesh& mesh, const MetricField& field) {
   for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
     const VertexRecord& vertex = mesh.vertex(VertexId(v));
     if (!vertex.live) continue;
-    std::int32_t hint = vertex.hint;
+    std::int32_t hint = mesh.hint(VertexId(v));
     metrics[static_cast<std::size_t>(v)] = field.At(vertex.position, hint);
   }
   const auto corner = [&](VertexId v) {
