@@ -1,0 +1,63 @@
+#include "server/download.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <string>
+
+#include "tests/support/fake_server_parts.h"
+#include "tests/support/in_process_server.h"
+
+namespace pliant::server {
+namespace {
+
+TEST(Download, SendsTheCurrentRevisionAndRefusesOthers) {
+  test::InProcessServer server(FakeFactory(std::make_shared<FakeEngineScript>()));
+  std::string id;
+  ASSERT_TRUE(server.Create(test::UnitSquare(), &id).ok());
+  v1::GetMeshRequest request;
+  request.set_session_id(id);
+  v1::MeshSnapshot mesh;
+  EXPECT_EQ(test::ReasonOf(server.GetMesh(request, &mesh)), "REVISION_NOT_FOUND")
+      << "before the first advance";
+  test::EditClient edit(server, id);
+  edit.Advance(1);
+  edit.Until(1);
+  ASSERT_TRUE(server.GetMesh(request, &mesh).ok());
+  EXPECT_EQ(mesh.revision(), 1);
+  EXPECT_EQ(mesh.applied_update_id(), 1);
+  EXPECT_EQ(test::NumbersOf<std::int32_t>(mesh.vertex_ids()), (std::vector<std::int32_t>{0, 2}));
+  request.set_revision(1);
+  EXPECT_TRUE(server.GetMesh(request, &mesh).ok());
+  request.set_revision(2);
+  EXPECT_EQ(test::ReasonOf(server.GetMesh(request, &mesh)), "REVISION_NOT_FOUND");
+  request.set_revision(0);
+  request.set_numbering(v1::NUMBERING_UNSPECIFIED);
+  EXPECT_EQ(test::ReasonOf(server.GetMesh(request, &mesh)), "OUT_OF_RANGE");
+  request.set_numbering(v1::NUMBERING_DENSE);
+  request.add_parts(v1::MESH_PART_FIELDS);
+  EXPECT_EQ(test::ReasonOf(server.GetMesh(request, &mesh)), "UNIMPLEMENTED");
+}
+
+// Goal: what is staged is no part of a revision: the mesh can be read, the metric must wait.
+TEST(Download, DoesNotShowAStagedMetric) {
+  test::InProcessServer server(FakeFactory(std::make_shared<FakeEngineScript>()));
+  std::string id;
+  ASSERT_TRUE(server.Create(test::UnitSquare(), &id).ok());
+  test::EditClient edit(server, id);
+  edit.Advance(1);
+  edit.Size(2, "0.1");
+  edit.Until(2);
+  v1::GetMeshRequest request;
+  request.set_session_id(id);
+  v1::MeshSnapshot mesh;
+  EXPECT_TRUE(server.GetMesh(request, &mesh).ok());
+  request.add_parts(v1::MESH_PART_METRIC);
+  EXPECT_EQ(test::ReasonOf(server.GetMesh(request, &mesh)), "PROTOCOL_ORDER");
+  edit.Advance(3);
+  edit.Until(3);
+  EXPECT_TRUE(server.GetMesh(request, &mesh).ok());
+}
+
+}  // namespace
+}  // namespace pliant::server

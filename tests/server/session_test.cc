@@ -1,0 +1,323 @@
+#include "server/session.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <chrono>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "server/limits.h"
+#include "tests/support/session_harness.h"
+
+namespace pliant::server {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+constexpr auto kMetric = &SessionHarness::MetricAtTime;
+
+UpdateCommand Advance(std::int64_t update_id, AdvanceSpec spec = {}) {
+  return SessionHarness::AdvanceOf(update_id, spec);
+}
+
+template <class Body>
+const Body& BodyOf(const FakeEditor& editor, std::size_t index) {
+  return std::get<Body>(editor.events.at(index).body);
+}
+
+TEST(Session, CommitsItsFirstRevisionAtTheFirstAdvance) {
+  SessionHarness harness;
+  ASSERT_TRUE(harness.start_status->ok());
+  EXPECT_EQ(harness.session->info().revision, Revision::kNone);
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1"));
+  EXPECT_EQ(editor->done_count, 2);
+  EXPECT_EQ(BodyOf<DiffEvent>(*editor, 1).diff.revision, Revision(1));
+  EXPECT_EQ(BodyOf<DiffEvent>(*editor, 1).applied_update_id, 1);
+  const auto& advanced = BodyOf<AdvancedEvent>(*editor, 2);
+  EXPECT_EQ(advanced.progress.stop_reason, StopReason::kConverged);
+  EXPECT_EQ(advanced.progress.counts.visits, 10);
+  EXPECT_EQ(harness.session->info().revision, Revision(1));
+  EXPECT_EQ(harness.session->info().last_update_id, 1);
+  EXPECT_EQ(harness.session->info().labels.at("case"), "7");
+}
+
+TEST(Session, TellsItsCreatorWhyItsEngineRefused) {
+  SessionHarness harness({.create_error = Error{ErrorCode::kOpenLoop, "open", "domain.segments"}});
+  ASSERT_FALSE(harness.start_status->ok());
+  EXPECT_EQ(harness.start_status->error().code, ErrorCode::kOpenLoop);
+}
+
+// Goal: promise Atomic. An advance after a refused update commits nothing, and the next step works.
+TEST(Session, NeverCommitsHalfOfAStep) {
+  SessionHarness harness;
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1)});
+  editor->events.clear();
+  editor->commands = {
+      kMetric(2, 1.0),
+      UpdateCommand{3, BadUpdate{{ErrorCode::kNotFinite, "NaN", "metric.tensors", 17}}}, Advance(4),
+      kMetric(5, 2.0), Advance(6)};
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_THAT(editor->Log(), ElementsAre("accepted 2", "rejected 3", "rejected 4", "accepted 5",
+                                         "diff 6", "advanced 6"));
+  EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 1).error.index, 17);
+  EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 2).error.code, ErrorCode::kUpdateRejected);
+  EXPECT_EQ(editor->events[4].revision, Revision(2)) << "the refused step committed no revision";
+  EXPECT_EQ(harness.script->rollback_count, 1) << "update 2 was undone";
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 5).progress.counts.visits, 5) << "update 5 alone";
+}
+
+TEST(Session, LetsAClientDiscardInsteadOfAdvance) {
+  SessionHarness harness;
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1),
+                                    UpdateCommand{2, BadUpdate{{ErrorCode::kNotFinite, "NaN"}}},
+                                    UpdateCommand{3, DiscardUpdate{}}, Advance(4)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1", "rejected 2",
+                                         "accepted 3", "diff 4", "advanced 4"));
+}
+
+TEST(Session, KeepsTheStageWhenOnlyTheAdvanceIsBad) {
+  SessionHarness harness;
+  const auto editor =
+      harness.Edit({OpenCommand{}, Advance(1), kMetric(2, 1.0),
+                    UpdateCommand{3, BadAdvance{{ErrorCode::kOutOfRange, "-1"}}}, Advance(4)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1", "accepted 2",
+                                         "rejected 3", "diff 4", "advanced 4"));
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 6).progress.counts.visits, 5) << "update 2 is in it";
+}
+
+// Goal: promise Resumable. What is sent twice is applied once and answered twice.
+TEST(Session, AnswersARepeatedUpdateWithoutApplyingIt) {
+  SessionHarness harness;
+  const auto first = harness.Edit({OpenCommand{}, Advance(1), kMetric(2, 1.0), Advance(3)});
+  harness.session->Detach(first.get());
+  const auto calls = harness.script->calls;
+  const auto second =
+      harness.Edit({OpenCommand{.mirror_revision = Revision(2)}, kMetric(2, 1.0), Advance(3)});
+  EXPECT_THAT(second->Log(), ElementsAre("opened", "accepted 2", "advanced 3"));
+  EXPECT_EQ(harness.script->calls, calls) << "nothing was applied again";
+  EXPECT_EQ(harness.session->info().revision, Revision(2));
+  EXPECT_EQ(BodyOf<OpenedEvent>(*second, 0).last_update_id, 3);
+  EXPECT_EQ(second->done_count, 3);
+}
+
+TEST(Session, RefusesAnUpdateIdThatNeverWasAndIsNotNew) {
+  SessionHarness harness;
+  const auto editor = harness.Edit({OpenCommand{}, Advance(5), kMetric(4, 1.0)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 5", "advanced 5", "rejected 4"));
+  EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 3).error.code, ErrorCode::kProtocolOrder);
+}
+
+// Goal: an update that was staged over a connection that broke is still staged for the next.
+TEST(Session, KeepsWhatIsStagedWhenAConnectionBreaks) {
+  SessionHarness harness;
+  const auto first = harness.Edit({OpenCommand{}, Advance(1), kMetric(2, 1.0)});
+  harness.session->Detach(first.get());
+  const auto second = harness.Edit({OpenCommand{.mirror_revision = Revision(1)}, Advance(3)});
+  EXPECT_EQ(BodyOf<OpenedEvent>(*second, 0).staged_count, 1);
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*second, 2).progress.counts.visits, 5);
+}
+
+TEST(Session, SendsASnapshotToAMirrorThatIsBehindAndNoneToOneThatIsNot) {
+  SessionHarness harness;
+  harness.session->Detach(harness.Edit({OpenCommand{}, Advance(1), Advance(2)}).get());
+  auto editor = harness.Edit({OpenCommand{.mirror_revision = Revision(2)}});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened"));
+  harness.session->Detach(editor.get());
+  editor = harness.Edit({OpenCommand{.mirror_revision = Revision(1)}});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "snapshot"));
+  EXPECT_EQ(BodyOf<SnapshotEvent>(*editor, 1).snapshot.revision, Revision(2));
+  harness.session->Detach(editor.get());
+  editor = harness.Edit({OpenCommand{.mirror = Mirror::kNone}, Advance(3)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "advanced 3"));
+}
+
+TEST(Session, HasOneEditorAtATime) {
+  SessionHarness harness;
+  const auto first = harness.Edit({OpenCommand{}});
+  const auto second = harness.Edit({OpenCommand{}});
+  ASSERT_FALSE(harness.attach_status.ok());
+  EXPECT_EQ(harness.attach_status.error().code, ErrorCode::kSessionBusy);
+  EXPECT_THAT(second->Log(), IsEmpty());
+  harness.session->Detach(first.get());
+  harness.Edit({OpenCommand{}});
+  EXPECT_TRUE(harness.attach_status.ok());
+}
+
+TEST(Session, StopsAtTheVisitBudgetAndGoesOnLater) {
+  SessionHarness harness({.visits_needed = 5000});
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1, {.visits_max = 3001}), Advance(2)});
+  const auto& first = BodyOf<AdvancedEvent>(*editor, 2);
+  EXPECT_EQ(first.progress.stop_reason, StopReason::kVisitBudget);
+  EXPECT_EQ(first.progress.counts.visits, 3001);
+  EXPECT_EQ(first.progress.active_count, 1999);
+  const auto& second = BodyOf<AdvancedEvent>(*editor, 4);
+  EXPECT_EQ(second.progress.stop_reason, StopReason::kConverged);
+  EXPECT_EQ(second.progress.counts.visits, 1999);
+}
+
+TEST(Session, StopsAtTheTimeBudgetWithACommittedMesh) {
+  SessionHarness harness({.visits_needed = 1'000'000});
+  harness.script->clock = &harness.clock;
+  const auto editor =
+      harness.Edit({OpenCommand{}, Advance(1, {.time_max = std::chrono::milliseconds(50)})});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1"));
+  const auto& advanced = BodyOf<AdvancedEvent>(*editor, 2);
+  EXPECT_EQ(advanced.end, AdvanceEnd::kTimeBudget);
+  // A visit takes a microsecond; the clock is read every kVisitsPerStep visits.
+  EXPECT_GE(advanced.progress.counts.visits, 50'000);
+  EXPECT_LE(advanced.progress.counts.visits, 50'000 + kVisitsPerStep);
+  EXPECT_EQ(advanced.compute, std::chrono::microseconds(advanced.progress.counts.visits));
+}
+
+TEST(Session, SendsProgressAtTheWishedInterval) {
+  SessionHarness harness({.visits_needed = 100'000});
+  harness.script->clock = &harness.clock;
+  const auto editor = harness.Edit(
+      {OpenCommand{}, Advance(1, {.progress_interval = std::chrono::milliseconds(20)})});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "progress 1", "progress 1", "progress 1",
+                                         "progress 1", "diff 1", "advanced 1"));
+  EXPECT_EQ(BodyOf<ProgressEvent>(*editor, 1).progress.active_count, 80'000);
+  EXPECT_EQ(BodyOf<ProgressEvent>(*editor, 1).elapsed, std::chrono::milliseconds(20));
+}
+
+TEST(Session, CommitsWhatItHasWhenAnAdvanceIsCancelled) {
+  SessionHarness harness({.visits_needed = 1'000'000});
+  harness.script->clock = &harness.clock;
+  const auto editor = std::make_shared<FakeEditor>();
+  editor->commands = {OpenCommand{}, Advance(1), Advance(2, {.visits_max = 10})};
+  ASSERT_TRUE(harness.session->Attach(editor).ok());
+  harness.session->Wake();
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(harness.scheduler.RunOne());
+  EXPECT_THAT(editor->Log(), ElementsAre("opened")) << "still at work";
+  EXPECT_TRUE(harness.session->info().running);
+  harness.session->CancelAdvance(1);
+  harness.RunAll();
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1", "diff 2", "advanced 2"));
+  const auto& cancelled = BodyOf<AdvancedEvent>(*editor, 2);
+  EXPECT_EQ(cancelled.progress.stop_reason, StopReason::kCancelled);
+  EXPECT_GT(cancelled.progress.counts.visits, 0);
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 4).progress.counts.visits, 10)
+      << "the cancel was for advance 1 alone";
+}
+
+TEST(Session, HonoursACancelThatComesBeforeItsAdvanceBegins) {
+  SessionHarness harness;
+  harness.session->CancelAdvance(1);
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1)});
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 2).progress.stop_reason, StopReason::kCancelled);
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 2).progress.counts.visits, 0);
+}
+
+TEST(Session, GoesBackWhenTheMetricHasNoValueWhereAVertexWent) {
+  SessionHarness harness;
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1), kMetric(2, 1.0)});
+  harness.script->step_error = Error{ErrorCode::kExpressionValue, "1/0 at (0, 0)"};
+  editor->events.clear();
+  editor->commands = {Advance(3)};
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_THAT(editor->Log(), ElementsAre("rejected 3"));
+  EXPECT_EQ(harness.script->rollback_count, 1);
+  harness.script->step_error.reset();
+  editor->commands = {Advance(4)};
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_EQ(editor->events.back().revision, Revision(2));
+}
+
+// Before the first commit there is no revision to go back to: the engine is built anew.
+TEST(Session, StartsOverWhenTheFirstAdvanceFails) {
+  SessionHarness harness;
+  harness.script->step_error = Error{ErrorCode::kExpressionValue, "1/0 at (0, 0)"};
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "rejected 1"));
+  EXPECT_EQ(harness.script->created_count, 2);
+  EXPECT_EQ(harness.script->rollback_count, 0);
+}
+
+// Goal: promise Bounded. Without room for answers no command is taken.
+TEST(Session, TakesNoCommandWhileThereIsNoRoomForAnswers) {
+  SessionHarness harness;
+  const auto editor = std::make_shared<FakeEditor>();
+  editor->commands = {OpenCommand{}, Advance(1)};
+  editor->has_room = false;
+  ASSERT_TRUE(harness.session->Attach(editor).ok());
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_THAT(editor->Log(), IsEmpty());
+  editor->has_room = true;
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1"));
+}
+
+TEST(Session, AnswersCallsFromTheCommittedState) {
+  SessionHarness harness;
+  std::vector<std::string> answers;
+  const auto call = [&](const Result<const CommittedState*>& state) {
+    answers.push_back(state.ok()
+                          ? "revision " + std::to_string(static_cast<int>((*state)->revision))
+                          : std::string(ErrorCodeName(state.error().code)));
+  };
+  ASSERT_TRUE(harness.session->Post(call).ok());
+  harness.RunAll();
+  harness.Edit({OpenCommand{}, Advance(1)});
+  ASSERT_TRUE(harness.session->Post(call).ok());
+  harness.RunAll();
+  EXPECT_THAT(answers, ElementsAre("REVISION_NOT_FOUND", "revision 1"));
+}
+
+TEST(Session, TakesAsManyWaitingCallsAsAllowedAndNotOneMore) {
+  SessionHarness harness;
+  int answered = 0;
+  const auto call = [&](const Result<const CommittedState*>&) { ++answered; };
+  for (std::size_t i = 0; i < kCallsMax; ++i) ASSERT_TRUE(harness.session->Post(call).ok());
+  const Status refused = harness.session->Post(call);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kResourceExhausted);
+  harness.RunAll();
+  EXPECT_EQ(answered, static_cast<int>(kCallsMax));
+}
+
+TEST(Session, EndsItsEditorAndCallsWhenItIsClosed) {
+  SessionHarness harness;
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1)});
+  std::optional<ErrorCode> answer;
+  ASSERT_TRUE(harness.session
+                  ->Post([&](const Result<const CommittedState*>& state) {
+                    if (!state.ok()) answer = state.error().code;
+                  })
+                  .ok());
+  harness.session->Close({ErrorCode::kSessionNotFound, "deleted"});
+  harness.RunAll();
+  ASSERT_TRUE(editor->closed.has_value());
+  EXPECT_EQ(editor->closed->code, ErrorCode::kSessionNotFound);
+  EXPECT_EQ(answer, ErrorCode::kSessionNotFound);
+  EXPECT_FALSE(harness.session->Post([](const auto&) {}).ok());
+  EXPECT_FALSE(harness.session->Attach(std::make_shared<FakeEditor>()).ok());
+}
+
+// Goal: at shutdown a running advance commits what it has before its stream ends.
+TEST(Session, CommitsARunningAdvanceWhenTheServerDrains) {
+  SessionHarness harness({.visits_needed = 1'000'000});
+  harness.script->clock = &harness.clock;
+  const auto editor = std::make_shared<FakeEditor>();
+  editor->commands = {OpenCommand{}, Advance(1), Advance(2)};
+  ASSERT_TRUE(harness.session->Attach(editor).ok());
+  harness.session->Wake();
+  for (int i = 0; i < 5; ++i) ASSERT_TRUE(harness.scheduler.RunOne());
+  harness.session->Drain({ErrorCode::kUnavailable, "the server shuts down"});
+  harness.RunAll();
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1"));
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 2).end, AdvanceEnd::kServerClosing);
+  ASSERT_TRUE(editor->closed.has_value());
+  EXPECT_EQ(editor->closed->code, ErrorCode::kUnavailable);
+}
+
+}  // namespace
+}  // namespace pliant::server

@@ -1,0 +1,177 @@
+#pragma once
+
+#include <atomic>
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "server/clock.h"
+#include "server/engine.h"
+#include "server/session.h"
+
+/// Stand-ins for what a session uses, so that its tests decide about time, work and failures.
+namespace pliant::server {
+
+/// A clock that moves only when told.
+class ManualClock final : public Clock {
+ public:
+  [[nodiscard]] Time Now() const override { return Time(Duration(ticks_.load())); }
+  [[nodiscard]] WallTime WallNow() const override { return WallTime(std::chrono::hours(1)); }
+  void Advance(Duration duration) { ticks_ += duration.count(); }
+
+ private:
+  std::atomic<Duration::rep> ticks_ = 0;
+};
+
+/// What a FakeEngine does next; shared with the test.
+struct FakeEngineScript {
+  std::int64_t visits_needed = 10;     ///< Until an advance converges.
+  std::int64_t visits_per_update = 5;  ///< That a staged update adds.
+  ManualClock* clock = nullptr;        ///< If set, a visit takes a microsecond of it.
+  std::optional<Error> create_error = {};
+  std::optional<Error> step_error = {};
+  std::optional<Error> update_error = {};
+  bool throw_in_step = false;
+  bool throw_in_commit = false;
+  bool invalid_after_rollback = false;
+  int created_count = 0;
+  int rollback_count = 0;
+  std::vector<std::string> calls = {};
+};
+
+/// An engine without a mesh: three vertices, of which vertex 0 moves at each commit that had work.
+class FakeEngine final : public Engine {
+ public:
+  explicit FakeEngine(std::shared_ptr<FakeEngineScript> script)
+      : script_(std::move(script)), work_(script_->visits_needed), committed_work_(work_) {}
+
+  Status SetMetric(const MetricSpec& metric) override {
+    script_->calls.push_back("metric t=" + std::to_string(static_cast<int>(metric.time)));
+    return Update();
+  }
+  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) override {
+    script_->calls.push_back("tensors " + std::to_string(vertices.size()) + "/" +
+                             std::to_string(tensors.size()));
+    return Update();
+  }
+  Result<Progress> Step(const Budget& budget) override {
+    PLIANT_CHECK(!script_->throw_in_step, "test", "step");
+    if (script_->step_error) return *script_->step_error;
+    Progress progress;
+    progress.counts.visits = visits_;
+    progress.active_count = work_;
+    if (budget.cancel != nullptr && budget.cancel->load()) {
+      progress.stop_reason = StopReason::kCancelled;
+      return progress;
+    }
+    const std::int64_t now = std::min(budget.visits_max, work_);
+    work_ -= now;
+    visits_ += now;
+    if (script_->clock != nullptr) script_->clock->Advance(std::chrono::microseconds(now));
+    progress.counts.visits = visits_;
+    progress.active_count = work_;
+    progress.stop_reason = work_ == 0 ? StopReason::kConverged : StopReason::kVisitBudget;
+    return progress;
+  }
+  MeshDiff Commit() override {
+    PLIANT_CHECK(!script_->throw_in_commit, "test", "commit");
+    MeshDiff diff;
+    diff.base_revision = revision_;
+    revision_ = Revision(static_cast<std::int64_t>(revision_) + 1);
+    diff.revision = revision_;
+    if (visits_ > 0) {
+      diff.vertex_ids = {VertexId(0)};
+      diff.vertex_positions = {{static_cast<double>(diff.revision), 0}};
+    }
+    diff.summary.vertex_count = 3;
+    diff.summary.state_hash = static_cast<std::uint64_t>(diff.revision);
+    visits_ = 0;
+    committed_work_ = work_;
+    return diff;
+  }
+  void Rollback() override {
+    ++script_->rollback_count;
+    visits_ = 0;
+    work_ = committed_work_;
+  }
+  MeshDiff Snapshot() const override {
+    MeshDiff diff;
+    diff.revision = revision_;
+    diff.vertex_ids = {VertexId(0), VertexId(2)};
+    diff.vertex_positions = {{static_cast<double>(revision_), 0}, {1, 1}};
+    diff.summary.vertex_count = 2;
+    return diff;
+  }
+  Quality MeasureQuality() const override {
+    Quality quality;
+    quality.vertex_count = 3;
+    return quality;
+  }
+  std::vector<std::string> Validate() const override {
+    if (script_->invalid_after_rollback) return {"triangle 7 is inverted"};
+    return {};
+  }
+  Revision revision() const override { return revision_; }
+  std::int32_t vertex_count() const override { return 3; }
+
+ private:
+  Status Update() {
+    if (script_->update_error) return *script_->update_error;
+    work_ += script_->visits_per_update;
+    return {};
+  }
+
+  std::shared_ptr<FakeEngineScript> script_;
+  std::int64_t work_ = 0;
+  std::int64_t committed_work_ = 0;
+  std::int64_t visits_ = 0;
+  Revision revision_ = Revision::kNone;
+};
+
+inline EngineFactory FakeFactory(std::shared_ptr<FakeEngineScript> script) {
+  return [script](const EngineInput&) -> Result<std::unique_ptr<Engine>> {
+    ++script->created_count;
+    if (script->create_error) return *script->create_error;
+    return std::unique_ptr<Engine>(std::make_unique<FakeEngine>(script));
+  };
+}
+
+/// An editor that a test feeds and reads.
+class FakeEditor final : public Editor {
+ public:
+  std::optional<SessionCommand> NextCommand() override {
+    if (commands.empty() || !has_room) return std::nullopt;
+    SessionCommand command = std::move(commands.front());
+    commands.pop_front();
+    return command;
+  }
+  void CommandDone() override { ++done_count; }
+  void Send(SessionEvent event) override { events.push_back(std::move(event)); }
+  void Close(const Error& error) override { closed = error; }
+
+  /// The events' kinds and ids in order, e.g. "opened", "rejected 3", "diff 4".
+  [[nodiscard]] std::vector<std::string> Log() const {
+    static const char* const kNames[] = {"opened", "accepted", "rejected", "progress",
+                                         "diff",   "snapshot", "advanced", "closing"};
+    std::vector<std::string> log;
+    for (const SessionEvent& event : events) {
+      log.emplace_back(kNames[event.body.index()]);
+      if (event.update_id != 0) log.back().append(" ").append(std::to_string(event.update_id));
+    }
+    return log;
+  }
+
+  std::deque<SessionCommand> commands;
+  std::vector<SessionEvent> events;
+  std::optional<Error> closed;
+  bool has_room = true;
+  int done_count = 0;
+};
+
+}  // namespace pliant::server
