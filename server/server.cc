@@ -1,5 +1,6 @@
 #include "server/server.h"
 
+#include <grpc/grpc.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
 
@@ -52,6 +53,9 @@ Server::Server(const Config& config, Parts parts)
 Server::~Server() { Shutdown(); }
 
 Status Server::Bind() {
+  // Never given back: whoever gives back the last reference to gRPC's library joins its threads, and
+  // one that covers a blocked write polls for 10 s. A process that ends need not wait for that.
+  grpc_init();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
