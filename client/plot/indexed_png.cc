@@ -16,13 +16,16 @@ struct Indexed {
   std::string rows;
 };
 
-/// The 32 steps of a channel spread over its 256 values, so that white stays white.
-char Spread(unsigned step) { return static_cast<char>(step << 3U | step >> 2U); }
-
-std::optional<Indexed> ToIndexed(const Pixels& pixels) {
+/// The picture with `bits` of each channel; nothing if it has too many colours even so.
+std::optional<Indexed> ToIndexed(const Pixels& pixels, unsigned bits) {
   constexpr std::size_t kColorsMax = 256;
   Indexed indexed;
-  std::vector<std::int16_t> numbers(1U << 15U, -1);
+  std::vector<std::int16_t> numbers(std::size_t{1} << 3 * bits, -1);
+  const unsigned shift = 8 - bits;
+  // The steps of a channel spread over its 256 values, so that white stays white.
+  const auto spread = [bits](unsigned step) {
+    return static_cast<char>(step * 255 / ((1U << bits) - 1));
+  };
   std::size_t count = 0;
   const auto width = static_cast<std::size_t>(pixels.width);
   const auto height = static_cast<std::size_t>(pixels.height);
@@ -31,14 +34,14 @@ std::optional<Indexed> ToIndexed(const Pixels& pixels) {
     indexed.rows.push_back(0);
     const unsigned char* p = &pixels.bytes[y * static_cast<std::size_t>(pixels.row_bytes)];
     for (std::size_t x = 0; x < width; ++x, p += 4) {
-      const unsigned r = p[2] >> 3U;
-      const unsigned g = p[1] >> 3U;
-      const unsigned b = p[0] >> 3U;
-      std::int16_t& number = numbers[r << 10U | g << 5U | b];
+      const unsigned r = p[2] >> shift;
+      const unsigned g = p[1] >> shift;
+      const unsigned b = p[0] >> shift;
+      std::int16_t& number = numbers[r << 2 * bits | g << bits | b];
       if (number < 0) {
         if (count == kColorsMax) return std::nullopt;
         number = static_cast<std::int16_t>(count++);
-        indexed.palette += {Spread(r), Spread(g), Spread(b)};
+        indexed.palette += {spread(r), spread(g), spread(b)};
       }
       indexed.rows.push_back(static_cast<char>(number));
     }
@@ -74,7 +77,8 @@ std::string Compress(const std::string& data) {
 }  // namespace
 
 std::optional<std::string> FormatIndexedPng(const Pixels& pixels) {
-  const std::optional<Indexed> indexed = ToIndexed(pixels);
+  std::optional<Indexed> indexed = ToIndexed(pixels, 5);
+  if (!indexed) indexed = ToIndexed(pixels, 4);
   if (!indexed) return std::nullopt;
   std::string header;
   AppendNumber(static_cast<std::uint32_t>(pixels.width), header);

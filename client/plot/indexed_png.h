@@ -14,9 +14,10 @@ struct Pixels {
   int height = 0;
 };
 
-/// The picture as a PNG file with a palette, colours rounded to 32 steps per channel; nothing if
-/// more than 256 colours remain. Line drawings, which are one ink and its shades, have few; as a
-/// palette they take a third to a fifth of the bytes of 24 bits per pixel. [PNG specification]
+/// The picture as a PNG file with a palette, colours rounded to 32 steps per channel, or to 16 if
+/// more than 256 colours remain; nothing if even those are more. Line drawings, which are one ink
+/// and its shades, have few; as a palette they take a third to a fifth of the bytes of 24 bits per
+/// pixel. [PNG specification]
 /// @pre bytes.size() >= height * row_bytes, row_bytes >= 4 * width, width and height >= 1
 [[nodiscard]] std::optional<std::string> FormatIndexedPng(const Pixels& pixels);
 

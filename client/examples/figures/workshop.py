@@ -51,7 +51,7 @@ class Workshop:
     def __init__(self, address, output, picture_size):
         self.address = address
         self.output = pathlib.Path(output)
-        self._picture_size = picture_size
+        self.picture_size = picture_size
         for name in ("meshes", "pictures"):
             (self.output / name).mkdir(parents=True, exist_ok=True)
 
@@ -85,7 +85,7 @@ class Workshop:
         """Draws meshes/<name>.mesh as pictures/<picture>.svg and .png."""
         for path in self._picture_paths(picture):
             self._run("pliant", "plot", self.mesh(name), *options,
-                      "--picture-size", self._picture_size, "-o", path)
+                      "--picture-size", self.picture_size, "-o", path)
 
     def sheet(self, picture, description):
         """Draws what `pliant_sheet` draws, several meshes or a chart."""

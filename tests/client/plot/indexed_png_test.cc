@@ -48,8 +48,9 @@ TEST(IndexedPng, IsReadByCairo) {
 TEST(IndexedPng, LeavesPicturesOfManyColorsToOthers) {
   std::vector<unsigned char> bytes(std::size_t{4} * 257);
   for (std::size_t i = 0; i < 257; ++i) {
-    bytes[4 * i] = static_cast<unsigned char>(8 * (i % 32));
-    bytes[4 * i + 1] = static_cast<unsigned char>(8 * (i / 32));
+    bytes[4 * i] = static_cast<unsigned char>(16 * (i % 16));
+    bytes[4 * i + 1] = static_cast<unsigned char>(16 * (i / 16 % 16));
+    bytes[4 * i + 2] = static_cast<unsigned char>(16 * (i / 256));
   }
   const Pixels all{.bytes = bytes, .row_bytes = 4 * 257, .width = 257, .height = 1};
   EXPECT_FALSE(FormatIndexedPng(all).has_value());
