@@ -25,6 +25,7 @@ struct PlotCommandOptions {
   MetricOptions metric;
   std::vector<double> window;  ///< x_min y_min x_max y_max, or nothing.
   double size = 720;
+  double dpi = 192;
   bool ellipses = false;
   bool histograms = false;
   bool quality_colors = false;
@@ -87,7 +88,7 @@ Status Run(const PlotCommandOptions& options) {
     column.push_back(std::move(panels));
     drawing = plot::Below(std::move(column));
   }
-  return plot::WriteDrawing(options.output, drawing);
+  return plot::WriteDrawing(options.output, drawing, options.dpi);
 }
 
 /// Ellipses and histograms show a metric, so there must be one.
@@ -119,6 +120,9 @@ void AddPlotCommand(CLI::App& app, Command& chosen) {
       ->type_name("NUMBERS");
   command.add_flag("--stretch", options->stretch, "Fill the picture, with a scale per direction");
   command.add_option("--title", options->title, "Above the picture")->type_name("TEXT");
+  command.add_option("--dpi", options->dpi, "Pixels per inch of a .png")
+      ->check(CLI::Range(10.0, 2000.0))
+      ->capture_default_str();
   command.add_option("--picture-size", options->size, "Width and height, in 1/96 inch")
       ->check(CLI::Range(16.0, 16000.0))
       ->capture_default_str();

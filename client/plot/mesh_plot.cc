@@ -392,9 +392,12 @@ void MeshPlotter::DrawTitles() {
                                      .weight = Weight::kBold});
   }
   if (!options_.caption.empty()) {
+    // A letter is about 0.55 of its size wide; a narrow panel gets smaller ones.
+    const double room = 2 * std::min(middle, drawing_.width - middle);
+    const double fitting = room / (0.55 * static_cast<double>(options_.caption.size()));
     drawing_.items.emplace_back(Text{.at = {middle, drawing_.height - kMargin},
                                      .text = options_.caption,
-                                     .size = 12,
+                                     .size = std::min(12.0, fitting),
                                      .anchor = Anchor::kMiddle,
                                      .color = kFaintInk});
   }

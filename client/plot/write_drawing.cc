@@ -6,11 +6,11 @@
 
 namespace pliant::plot {
 
-Status WriteDrawing(const std::string& path, const Drawing& drawing) {
+Status WriteDrawing(const std::string& path, const Drawing& drawing, double dots_per_inch) {
   const std::string extension = io::Extension(path);
   if (extension == ".svg") return io::WriteFileAtomically(path, FormatSvg(drawing));
   if (extension == ".png") {
-    PLIANT_ASSIGN_OR_RETURN(const std::string bytes, FormatPng(drawing));
+    PLIANT_ASSIGN_OR_RETURN(const std::string bytes, FormatPng(drawing, dots_per_inch / 96));
     return io::WriteFileAtomically(path, bytes);
   }
   return Error{

@@ -69,8 +69,14 @@ plot::Drawing DrawChart(const Json& description) {
   return plot::PlotScaling(chart, {.width = 640, .height = 480});
 }
 
-Status Draw(const std::string& sheet_path, const std::vector<std::string>& outputs) {
-  std::ifstream file(sheet_path);
+struct SheetOptions {
+  std::string sheet;
+  std::vector<std::string> outputs;
+  double dpi = 192;
+};
+
+Status Draw(const SheetOptions& options) {
+  std::ifstream file(options.sheet);
   const Json sheet = Json::parse(file);
   plot::Drawing drawing;
   if (sheet.contains("chart")) {
@@ -78,8 +84,8 @@ Status Draw(const std::string& sheet_path, const std::vector<std::string>& outpu
   } else {
     PLIANT_ASSIGN_OR_RETURN(drawing, DrawPanels(sheet));
   }
-  for (const std::string& output : outputs) {
-    PLIANT_RETURN_IF_ERROR(plot::WriteDrawing(output, drawing));
+  for (const std::string& output : options.outputs) {
+    PLIANT_RETURN_IF_ERROR(plot::WriteDrawing(output, drawing, options.dpi));
   }
   return {};
 }
@@ -89,17 +95,20 @@ Status Draw(const std::string& sheet_path, const std::vector<std::string>& outpu
 
 int main(int argc, char** argv) {
   CLI::App app("Draws several meshes, or a chart of running times, on one sheet");
-  std::string sheet;
-  std::vector<std::string> outputs;
-  app.add_option("sheet", sheet, "What to draw: .json")->required()->check(CLI::ExistingFile);
-  app.add_option("-o,--output", outputs, "Pictures: .svg or .png")->required();
+  pliant::SheetOptions options;
+  app.add_option("sheet", options.sheet, "What to draw: .json")
+      ->required()
+      ->check(CLI::ExistingFile);
+  app.add_option("-o,--output", options.outputs, "Pictures: .svg or .png")->required();
+  app.add_option("--dpi", options.dpi, "Pixels per inch of a .png")
+      ->check(CLI::Range(10.0, 2000.0));
   CLI11_PARSE(app, argc, argv);
   try {
-    const pliant::Status status = pliant::Draw(sheet, outputs);
+    const pliant::Status status = pliant::Draw(options);
     if (status.ok()) return EXIT_SUCCESS;
     std::cerr << "pliant_sheet: " << status.error().message << "\n";
   } catch (const nlohmann::json::exception& error) {
-    std::cerr << "pliant_sheet: " << sheet << ": " << error.what() << "\n";
+    std::cerr << "pliant_sheet: " << options.sheet << ": " << error.what() << "\n";
   }
   return EXIT_FAILURE;
 }

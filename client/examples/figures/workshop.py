@@ -48,10 +48,11 @@ class Figure:
 class Workshop:
     """Everything that a figure needs: a server at `address`, a folder `output`."""
 
-    def __init__(self, address, output, picture_size):
+    def __init__(self, address, output, picture_size, dpi):
         self.address = address
         self.output = pathlib.Path(output)
         self.picture_size = picture_size
+        self._dpi = dpi
         for name in ("meshes", "pictures"):
             (self.output / name).mkdir(parents=True, exist_ok=True)
 
@@ -85,14 +86,14 @@ class Workshop:
         """Draws meshes/<name>.mesh as pictures/<picture>.svg and .png."""
         for path in self._picture_paths(picture):
             self._run("pliant", "plot", self.mesh(name), *options,
-                      "--picture-size", self.picture_size, "-o", path)
+                      "--picture-size", self.picture_size, "--dpi", self._dpi, "-o", path)
 
     def sheet(self, picture, description):
         """Draws what `pliant_sheet` draws, several meshes or a chart."""
         path = self.output / "pictures" / (picture + ".json")
         path.write_text(json.dumps(description, indent=1, default=str))
         outputs = [part for file in self._picture_paths(picture) for part in ("-o", file)]
-        self._run("pliant_sheet", path, *outputs)
+        self._run("pliant_sheet", path, "--dpi", self._dpi, *outputs)
         path.unlink()
 
     def _picture_paths(self, picture):
