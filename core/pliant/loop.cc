@@ -99,9 +99,9 @@ VisitState PliantLoop::CurrentVisit(VertexId node) const {
   visit.hop = UINT8_MAX;
   visit.cold = true;
   const LoopSettings& settings = state_.settings;
-  const int start = visit.tired ? settings.age_max - kVisitsOfTired
-                                : settings.age_cooling +
-                                      (settings.age_max - settings.age_cooling) / 5;
+  const int start = visit.tired
+                        ? settings.age_max - kVisitsOfTired
+                        : settings.age_cooling + (settings.age_max - settings.age_cooling) / 5;
   visit.age = static_cast<std::uint8_t>(std::max(start, 0));
   return visit;
 }
@@ -254,8 +254,9 @@ void PliantLoop::VisitGiven(const MetricField& field, VertexId node, const Heat&
     if (options_.permissions.swap && Swap()) {
       star_.Gather(mesh_, node, FansOf(mesh_, node)[fan]);
     }
-    if (options_.permissions.insert) {
-      TryInsert(field, LargestSpokeExtent(mesh_, star_), heat);
+    // One insertion a visit, as the proof of termination wants it; it wakes this node again.
+    if (options_.permissions.insert && TryInsert(field, LargestSpokeExtent(mesh_, star_), heat)) {
+      return;
     }
   }
 }
@@ -335,11 +336,11 @@ bool PliantLoop::TryDelete(double extent, const Heat& heat) {
   return true;
 }
 
-void PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat) {
-  if (!(largest.extent > heat.insert_above)) return;
+bool PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat) {
+  if (!(largest.extent > heat.insert_above)) return false;
   if (mesh_.vertex_count() >= options_.vertices_max) {
     ++state_.counts.refused_at_limit;
-    return;
+    return false;
   }
   const VertexId node = star_.center();
   const VisitState visit = mesh_.vertex(node).visit;
@@ -347,7 +348,7 @@ void PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& largest,
   const std::optional<Insertion> made = InsertOnSpoke(
       edit_, flipper_, field, star_, largest.spoke,
       options_.permissions.swap ? AfterInsertion::kSwapEdges : AfterInsertion::kLeaveEdges);
-  if (!made) return;
+  if (!made) return false;
   ++state_.counts.insertions;
   state_.counts.swaps += made->swaps;
   VisitState& born = edit_.Visit(made->vertex);
@@ -361,6 +362,7 @@ void PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& largest,
   PLIANT_DCHECK(options_.variant == Variant::kPaper || born.age > visit.age - 1);
   Push(made->vertex, visit.hop);
   PushRing(made->vertex, visit.hop + 1);
+  return true;
 }
 
 }  // namespace pliant

@@ -134,7 +134,8 @@ class PliantLoop {
   void RefreshMetric(const MetricField& field, VertexId node);
   /// Deletes the star's center if its extent asks for it. @return true if it is gone.
   bool TryDelete(double extent, const Heat& heat);
-  void TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat);
+  /// Splits the star's largest spoke if its extent asks for it. @return true if it did.
+  bool TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat);
   /// The end of a move: who is to be visited (again) because the node moved.
   void StayActive(VertexId node, double speed);
   void NotifyRing(VertexId node, double speed);

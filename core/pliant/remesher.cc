@@ -129,7 +129,6 @@ class Remesher::Impl {
   Status Start(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
     Follow(std::move(field), spec);
     following_.limited = following_.raw;
-    update_open_ = true;
     if (options_.variant == Variant::kNested && numbering_ == Numbering::kClosesGaps &&
         options_.permissions == Permissions{}) {
       nested_.emplace(edit_, loop_, following_.raw, SettingsOf(options_));
@@ -232,7 +231,6 @@ class Remesher::Impl {
     revision_ = Revision(static_cast<std::int64_t>(revision_) + 1);
     MeshDiff diff = edit_.Commit(revision_);
     loop_.ResetCounts();
-    update_open_ = false;
     committed_ = {following_, loop_.Save()};
     return diff;
   }
@@ -242,7 +240,6 @@ class Remesher::Impl {
     edit_.Rollback();
     following_ = committed_.following;
     loop_.Restore(committed_.loop);
-    update_open_ = false;
   }
 
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
@@ -304,7 +301,6 @@ class Remesher::Impl {
   /// metric kept busy until they were old get their visits back: it is another metric now.
   Status Limit() {
     --following_.limit_rounds_left;
-    update_open_ = false;
     ExportedMesh exported = ExportMesh(mesh_);
     std::vector<Metric> raw;
     raw.reserve(exported.vertex_ids.size());
@@ -326,8 +322,7 @@ class Remesher::Impl {
   /// Takes over tensors that differ by more than the tolerance, and wakes their nodes. Smaller
   /// changes leave the old tensor in place, so that many of them add up and are seen at last.
   void Apply(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
-    if (!update_open_) loop_.BeginUpdate(SettingsOf(options_));
-    update_open_ = true;
+    loop_.BeginUpdate(SettingsOf(options_));
     for (std::size_t i = 0; i < vertices.size(); ++i) {
       if (!Differs(mesh_.metric(vertices[i]), tensors[i])) continue;
       edit_.SetMetric(vertices[i], tensors[i]);
@@ -344,7 +339,6 @@ class Remesher::Impl {
   Following following_;
   std::optional<NestedBuild> nested_;  // While the first mesh is built from coarse to fine.
   Revision revision_ = Revision::kNone;
-  bool update_open_ = false;
   Committed committed_;
 };
 
