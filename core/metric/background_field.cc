@@ -135,6 +135,23 @@ Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundM
 Metric BackgroundField::At(Vec2 p, std::int32_t& hint) const {
   const Location location = locator_.Locate(p, hint);
   hint = location.triangle;
+  return ValueAt(location);
+}
+
+std::optional<Metric> BackgroundField::AtInside(Vec2 p, double tolerance) const {
+  const Location location = locator_.Locate(p, 0);  // Any start is near in a small mesh.
+  if (!location.inside) {
+    const auto& corners = locator_.triangles()[static_cast<std::size_t>(location.triangle)];
+    Vec2 nearest;
+    for (std::size_t k = 0; k < 3; ++k) {
+      nearest += location.weights[k] * locator_.points()[static_cast<std::size_t>(corners[k])];
+    }
+    if (!(Length(p - nearest) <= tolerance)) return {};
+  }
+  return ValueAt(location);
+}
+
+Metric BackgroundField::ValueAt(const Location& location) const {
   const auto& corners = locator_.triangles()[static_cast<std::size_t>(location.triangle)];
   LogMetric mean = location.weights[0] * logs_[static_cast<std::size_t>(corners[0])];
   for (std::size_t k = 1; k < 3; ++k) {

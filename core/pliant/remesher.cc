@@ -11,8 +11,10 @@
 #include "core/delaunay/import_mesh.h"
 #include "core/mesh/export_mesh.h"
 #include "core/mesh/mesh_edit.h"
+#include "core/mesh/star.h"
 #include "core/metric/background_field.h"
 #include "core/metric/gradation.h"
+#include "core/metric/overlay_field.h"
 #include "core/pliant/check_options.h"
 #include "core/pliant/nested_build.h"
 
@@ -75,6 +77,12 @@ Status CheckTensors(const Mesh& mesh, std::span<const VertexId> vertices,
   return {};
 }
 
+/// Tensors at few vertices are laid over the field that is there, until the layers have so many
+/// triangles (one part in kOverlayShare of the mesh) or are so many that one new background mesh
+/// is cheaper to ask.
+constexpr std::size_t kOverlayShare = 8;
+constexpr std::size_t kOverlaysMax = 16;
+
 /// Passes of gradation in one update, the first before the loop runs.
 constexpr int kLimitRounds = 3;
 
@@ -87,6 +95,47 @@ Status CheckGradation(const GradationOptions& gradation) {
   };
   PLIANT_RETURN_IF_ERROR(check("gradation", gradation.gradation, 1));
   return check("rotation", gradation.rotation, 0.1);
+}
+
+/// The triangles at some vertices as a background mesh: the given tensors there, the mesh's own at
+/// the rim. @par Cost O(k log k) for k vertices
+BackgroundMetric TensorsAround(const Mesh& mesh, std::span<const VertexId> vertices,
+                               std::span<const Metric> tensors) {
+  std::vector<TriangleId> triangles;
+  Star star;
+  for (const VertexId vertex : vertices) {
+    for (const TriangleId fan : FansOf(mesh, vertex)) {
+      star.Gather(mesh, vertex, fan);
+      triangles.insert(triangles.end(), star.triangles().begin(), star.triangles().end());
+    }
+  }
+  std::sort(triangles.begin(), triangles.end());
+  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+  std::vector<VertexId> corners;
+  for (const TriangleId id : triangles) {
+    const auto& v = mesh.triangle(id).vertices;
+    corners.insert(corners.end(), v.begin(), v.end());
+  }
+  std::sort(corners.begin(), corners.end());
+  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+
+  const auto dense = [&](VertexId vertex) {
+    return static_cast<std::int32_t>(std::lower_bound(corners.begin(), corners.end(), vertex) -
+                                     corners.begin());
+  };
+  BackgroundMetric around;
+  for (const VertexId vertex : corners) {
+    around.mesh.points.push_back(mesh.position(vertex));
+    around.tensors.push_back(mesh.metric(vertex));
+  }
+  for (const TriangleId id : triangles) {
+    const auto& v = mesh.triangle(id).vertices;
+    around.mesh.triangles.push_back({dense(v[0]), dense(v[1]), dense(v[2])});
+  }
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    around.tensors[static_cast<std::size_t>(dense(vertices[i]))] = tensors[i];
+  }
+  return around;
 }
 
 /// What happens to slots at the first commit.
@@ -180,17 +229,7 @@ class Remesher::Impl {
     }
     if (same) return {};
 
-    const ExportedMesh exported = ExportMesh(mesh_);
-    BackgroundMetric background{exported.data, {}};
-    std::vector<std::size_t> dense(static_cast<std::size_t>(mesh_.vertex_slots()), 0);
-    for (std::size_t i = 0; i < exported.vertex_ids.size(); ++i) {
-      dense[exported.vertex_ids[i].index()] = i;
-      background.tensors.push_back(RawMetric(exported.vertex_ids[i]));
-    }
-    for (std::size_t i = 0; i < vertices.size(); ++i) {
-      background.tensors[dense[vertices[i].index()]] = bounded[i];
-    }
-    PLIANT_ASSIGN_OR_RETURN(following_.raw, BackgroundField::Make(background, following_.bounds));
+    PLIANT_ASSIGN_OR_RETURN(following_.raw, FieldWith(vertices, bounded));
     following_.spec.reset();
     following_.limit_rounds_left = following_.limits() ? kLimitRounds : 0;
     if (following_.limits()) return Limit();
@@ -267,6 +306,35 @@ class Remesher::Impl {
     Following following;
     PliantLoop::State loop;
   };
+
+  /// The raw metric with other tensors at some vertices: laid over it if they are few, else as one
+  /// background mesh.
+  Result<std::shared_ptr<MetricField>> FieldWith(std::span<const VertexId> vertices,
+                                                 std::span<const Metric> tensors) {
+    const auto* overlay = dynamic_cast<const OverlayField*>(following_.raw.get());
+    const std::size_t laid_count = overlay == nullptr ? 0 : overlay->triangle_count();
+    const bool few = kOverlayShare * (laid_count + 6 * vertices.size()) <
+                     static_cast<std::size_t>(mesh_.triangle_count());
+    if (few && (overlay == nullptr || overlay->layer_count() < kOverlaysMax) &&
+        !following_.limits()) {
+      PLIANT_ASSIGN_OR_RETURN(
+          std::shared_ptr<MetricField> laid,
+          OverlayField::Lay(following_.raw, TensorsAround(mesh_, vertices, tensors),
+                            following_.bounds));
+      return laid;
+    }
+    const std::vector<VertexId> all = LiveVertices(mesh_);
+    BackgroundMetric background{ExportMesh(mesh_).data, {}};
+    background.tensors.reserve(all.size());
+    for (const VertexId vertex : all) background.tensors.push_back(RawMetric(vertex));
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      const auto dense = std::lower_bound(all.begin(), all.end(), vertices[i]) - all.begin();
+      background.tensors[static_cast<std::size_t>(dense)] = tensors[i];
+    }
+    PLIANT_ASSIGN_OR_RETURN(std::shared_ptr<MetricField> whole,
+                            BackgroundField::Make(background, following_.bounds));
+    return whole;
+  }
 
   static bool Ended(StopReason reason) {
     return reason == StopReason::kConverged || reason == StopReason::kVertexLimit;

@@ -69,10 +69,13 @@ class Remesher {
   /// The same for a field of the caller's own; no two are ever equal.
   Status SetField(std::unique_ptr<MetricField> field);
 
-  /// New tensors at some vertices; the others keep theirs. Between vertices the metric is
-  /// interpolated over the mesh as it is now. An empty `vertices` means all live vertices in
+  /// New tensors at some vertices. Over the triangles at them the metric is interpolated, on the
+  /// mesh as it is now, between these and the tensors that the other vertices have; elsewhere it
+  /// stays what it was. An empty `vertices` means all live vertices in
   /// ascending order of slot. Errors: kArrayLength, kIndexOutOfRange (not a live vertex),
   /// kDuplicateId, kNotFinite, kNotPositiveDefinite; index = position in the given span.
+  /// @par Cost O(k log k) for few of many vertices, but for one update in sixteen or so, which
+  ///           gathers the pieces: O(mesh).
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors);
 
   /// Runs the loop. Errors: kExpressionValue if the metric has no value where a node went; the
