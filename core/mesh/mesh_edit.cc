@@ -32,6 +32,20 @@ std::uint8_t Bits(bool side0, bool side1, bool side2) {
   return static_cast<std::uint8_t>((side0 ? 1 : 0) | (side1 ? 2 : 0) | (side2 ? 4 : 0));
 }
 
+/// Empties a record and gives its slot back.
+template <class Record>
+void Bury(Record& record, std::int32_t slot, SlotAllocator& allocator) {
+  Record dead;
+  dead.touched = record.touched;
+  dead.committed = record.committed;
+  record = dead;
+  if (dead.committed) {
+    allocator.Park(slot);
+  } else {
+    allocator.Free(slot);
+  }
+}
+
 }  // namespace
 
 void MeshEdit::Fix(VertexId vertex) {
@@ -237,43 +251,14 @@ void MeshEdit::LinkSides(std::span<const OpenSide> open, std::span<const OuterSi
 
 void MeshEdit::RemoveVertex(VertexId vertex) {
   PLIANT_CHECK(!mesh_.vertex(vertex).edge.valid(), "vertex", vertex);
-  VertexRecord& record = TouchVertex(vertex);
-  VertexRecord dead;
-  dead.touched = record.touched;
-  dead.committed = record.committed;
-  record = dead;
-  if (dead.committed) {
-    mesh_.vertex_allocator_.Park(vertex.value());
-  } else {
-    mesh_.vertex_allocator_.Free(vertex.value());
-  }
+  Bury(TouchVertex(vertex), vertex.value(), mesh_.vertex_allocator_);
 }
 
 void MeshEdit::FreeTriangle(TriangleId id) {
-  TriangleRecord& record = TouchTriangle(id);
-  TriangleRecord dead;
-  dead.touched = record.touched;
-  dead.committed = record.committed;
-  record = dead;
-  if (dead.committed) {
-    mesh_.triangle_allocator_.Park(id.value());
-  } else {
-    mesh_.triangle_allocator_.Free(id.value());
-  }
+  Bury(TouchTriangle(id), id.value(), mesh_.triangle_allocator_);
 }
 
-void MeshEdit::FreeEdge(EdgeId id) {
-  EdgeRecord& record = TouchEdge(id);
-  EdgeRecord dead;
-  dead.touched = record.touched;
-  dead.committed = record.committed;
-  record = dead;
-  if (dead.committed) {
-    mesh_.edge_allocator_.Park(id.value());
-  } else {
-    mesh_.edge_allocator_.Free(id.value());
-  }
-}
+void MeshEdit::FreeEdge(EdgeId id) { Bury(TouchEdge(id), id.value(), mesh_.edge_allocator_); }
 
 VertexId MeshEdit::TakeVertex() {
   const VertexId id(mesh_.vertex_allocator_.Take());

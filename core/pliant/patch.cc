@@ -28,21 +28,30 @@ namespace {
 /// As in SmoothingStep: beyond this distance the force is zero.
 constexpr double kSquaredReach = 16;
 
-/// Terms of SmoothingStep: what each neighbour adds to the sum.
-struct StepKernel {
+/// The columns of vertices from the first of a ring on; those of a ring have slots -1 and count
+/// too.
+struct ColumnsView {
   const double* x;
   const double* y;
   const double* m11;
   const double* m12;
   const double* m22;
+};
+
+/// A ring and the vertex in its middle: what every kernel reads.
+struct RingView : ColumnsView {
   Vec2 p;
   Metric m;
-  double* step_x;
-  double* step_y;
+};
+
+/// Terms of SmoothingStep: what each neighbour adds to the sum.
+struct StepTerms {
+  double* x;
+  double* y;
 };
 
 PLIANT_VECTOR_KERNEL
-void RunStepKernel(const StepKernel& in, std::size_t count) {
+void RunStepKernel(const RingView& in, std::size_t count, const StepTerms& out) {
   PLIANT_INDEPENDENT
   for (std::size_t k = 0; k < count; ++k) {
     const double ex = in.p.x - in.x[k];
@@ -55,26 +64,15 @@ void RunStepKernel(const StepKernel& in, std::size_t count) {
     const double near_d4 = d4 < kSquaredReach * kSquaredReach ? d4 : 0;
     const double weight = (1 - near_d4) * ExpNegative(-near_d4) / std::sqrt(squared);
     const double factor = squared < kSquaredReach ? weight : 0;
-    in.step_x[k] = factor * ex;
-    in.step_y[k] = factor * ey;
+    out.x[k] = factor * ex;
+    out.y[k] = factor * ey;
   }
 }
 
 /// For each spoke: the lesser of the inner products at the two tips opposite, in the mean metric of
 /// the four corners. Negative where an angle is obtuse.
-struct SpokeKernel {
-  const double* x;  // The ring, from its first vertex; slots -1 and count are there too.
-  const double* y;
-  const double* m11;
-  const double* m12;
-  const double* m22;
-  Vec2 p;
-  Metric m;
-  double* least;
-};
-
 PLIANT_VECTOR_KERNEL
-void RunSpokeKernel(const SpokeKernel& in, std::size_t count) {
+void RunSpokeKernel(const RingView& in, std::size_t count, double* least) {
   const double* const x_before = in.x - 1;
   const double* const y_before = in.y - 1;
   const double* const x_after = in.x + 1;
@@ -94,64 +92,37 @@ void RunSpokeKernel(const SpokeKernel& in, std::size_t count) {
     const double zx = in.x[k] - x_after[k];
     const double zy = in.y[k] - y_after[k];
     const double after = wx * (m11 * zx + m12 * zy) + wy * (m12 * zx + m22 * zy);
-    in.least[k] = before < after ? before : after;
+    least[k] = before < after ? before : after;
   }
 }
 
 /// The same for each link edge, between the center and the vertex behind it.
-struct LinkKernel {
-  const double* x;
-  const double* y;
-  const double* m11;
-  const double* m12;
-  const double* m22;
-  const double* far_x;
-  const double* far_y;
-  const double* far_m11;
-  const double* far_m12;
-  const double* far_m22;
-  Vec2 p;
-  Metric m;
-  double* least;
-};
-
 PLIANT_VECTOR_KERNEL
-void RunLinkKernel(const LinkKernel& in, std::size_t count) {
+void RunLinkKernel(const RingView& in, const ColumnsView& far, std::size_t count, double* least) {
   const double* const x_after = in.x + 1;
   const double* const y_after = in.y + 1;
   PLIANT_INDEPENDENT
   for (std::size_t k = 0; k < count; ++k) {
-    const double m11 = in.m.m11 + in.m11[k] + (in.m11 + 1)[k] + in.far_m11[k];
-    const double m12 = in.m.m12 + in.m12[k] + (in.m12 + 1)[k] + in.far_m12[k];
-    const double m22 = in.m.m22 + in.m22[k] + (in.m22 + 1)[k] + in.far_m22[k];
+    const double m11 = in.m.m11 + in.m11[k] + (in.m11 + 1)[k] + far.m11[k];
+    const double m12 = in.m.m12 + in.m12[k] + (in.m12 + 1)[k] + far.m12[k];
+    const double m22 = in.m.m22 + in.m22[k] + (in.m22 + 1)[k] + far.m22[k];
     const double ux = in.x[k] - in.p.x;
     const double uy = in.y[k] - in.p.y;
     const double vx = x_after[k] - in.p.x;
     const double vy = y_after[k] - in.p.y;
     const double inner = ux * (m11 * vx + m12 * vy) + uy * (m12 * vx + m22 * vy);
-    const double wx = in.x[k] - in.far_x[k];
-    const double wy = in.y[k] - in.far_y[k];
-    const double zx = x_after[k] - in.far_x[k];
-    const double zy = y_after[k] - in.far_y[k];
+    const double wx = in.x[k] - far.x[k];
+    const double wy = in.y[k] - far.y[k];
+    const double zx = x_after[k] - far.x[k];
+    const double zy = y_after[k] - far.y[k];
     const double outer = wx * (m11 * zx + m12 * zy) + wy * (m12 * zx + m22 * zy);
-    in.least[k] = inner < outer ? inner : outer;
+    least[k] = inner < outer ? inner : outer;
   }
 }
 
 /// NormalizedArea of each triangle of the star.
-struct AreaKernel {
-  const double* x;
-  const double* y;
-  const double* m11;
-  const double* m12;
-  const double* m22;
-  Vec2 p;
-  Metric m;
-  double* area;
-};
-
 PLIANT_VECTOR_KERNEL
-void RunAreaKernel(const AreaKernel& in, std::size_t count) {
+void RunAreaKernel(const RingView& in, std::size_t count, double* area) {
   constexpr double kThird = 1.0 / 3.0;
   PLIANT_INDEPENDENT
   for (std::size_t k = 0; k < count; ++k) {
@@ -162,8 +133,14 @@ void RunAreaKernel(const AreaKernel& in, std::size_t count) {
     const double uy = in.y[k] - in.p.y;
     const double vx = (in.x + 1)[k] - in.p.x;
     const double vy = (in.y + 1)[k] - in.p.y;
-    in.area[k] = 0.5 * std::sqrt(m11 * m22 - m12 * m12) * (ux * vy - uy * vx);
+    area[k] = 0.5 * std::sqrt(m11 * m22 - m12 * m12) * (ux * vy - uy * vx);
   }
+}
+
+/// The columns from the first vertex of the ring on.
+template <class Columns>
+ColumnsView ViewOf(const Columns& columns) {
+  return {columns.x + 1, columns.y + 1, columns.m11 + 1, columns.m12 + 1, columns.m22 + 1};
 }
 
 }  // namespace
@@ -183,9 +160,7 @@ void Patch::Gather(const Mesh& mesh, const Star& star) {
 Vec2 Patch::Step(double alpha) const {
   double step_x[kSlots];
   double step_y[kSlots];
-  RunStepKernel({ring_.x + 1, ring_.y + 1, ring_.m11 + 1, ring_.m12 + 1, ring_.m22 + 1, center_,
-                 metric_, step_x, step_y},
-                padded_count());
+  RunStepKernel({ViewOf(ring_), center_, metric_}, padded_count(), {step_x, step_y});
   Vec2 sum;
   for (std::size_t k = 0; k < count_; ++k) sum += {step_x[k], step_y[k]};
   return alpha * sum;
@@ -207,9 +182,8 @@ void Patch::MoveCenter(Vec2 position, const Metric& metric) {
 
 bool Patch::MaySwap(const Mesh& mesh, const Star& star) {
   double least[kSlots];
-  RunSpokeKernel({ring_.x + 1, ring_.y + 1, ring_.m11 + 1, ring_.m12 + 1, ring_.m22 + 1, center_,
-                  metric_, least},
-                 padded_count());
+  const RingView ring{ViewOf(ring_), center_, metric_};
+  RunSpokeKernel(ring, padded_count(), least);
   for (std::size_t k = 0; k < count_; ++k) {
     if (least[k] < 0) return true;
   }
@@ -226,9 +200,7 @@ bool Patch::MaySwap(const Mesh& mesh, const Star& star) {
     far_.Set(k + 1, mesh.vertex(far));
   }
   for (std::size_t k = count_; k < padded_count(); ++k) far_.Set(k + 1, mesh.vertex(star.center()));
-  RunLinkKernel({ring_.x + 1, ring_.y + 1, ring_.m11 + 1, ring_.m12 + 1, ring_.m22 + 1, far_.x + 1,
-                 far_.y + 1, far_.m11 + 1, far_.m12 + 1, far_.m22 + 1, center_, metric_, least},
-                count_);
+  RunLinkKernel(ring, ViewOf(far_), padded_count(), least);
   for (std::size_t k = 0; k < count_; ++k) {
     if (least[k] < 0) return true;
   }
@@ -237,9 +209,7 @@ bool Patch::MaySwap(const Mesh& mesh, const Star& star) {
 
 Patch::Extents Patch::MeasureExtents() const {
   double area[kSlots];
-  RunAreaKernel({ring_.x + 1, ring_.y + 1, ring_.m11 + 1, ring_.m12 + 1, ring_.m22 + 1, center_,
-                 metric_, area},
-                padded_count());
+  RunAreaKernel({ViewOf(ring_), center_, metric_}, padded_count(), area);
   double sum = 0;
   for (std::size_t k = 0; k < count_; ++k) sum += area[k];
   Extents extents;
