@@ -100,7 +100,7 @@ Result<std::variant<Config, ExitRequest>> ParseConfig(int argc, const char* cons
   for (int pass = 0; pass < 2; ++pass) {
     CLI::App app("pliantd: keeps triangle meshes and adapts them to what clients send", "pliantd");
     app.set_version_flag("--version", "pliantd " PLIANT_VERSION);
-    app.footer("Without --data a session lives in memory until it is deleted or the server ends.");
+    app.footer("Sessions live in memory until they are deleted or the server ends.");
     std::string config_path;
     std::string data = "none";
     AddFlags(app, config, config_path, data);

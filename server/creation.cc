@@ -4,12 +4,13 @@
 
 #include "server/convert_reply.h"
 #include "server/error_status.h"
+#include "server/request_id.h"
 
 namespace pliant::server {
 
 Creation::Creation(const ServiceContext& context, grpc::CallbackServerContext* call,
                    v1::CreateSessionResponse* response)
-    : context_(context), call_(call), response_(response) {
+    : context_(context), call_(call), response_(response), request_id_(RequestIdOf(*call)) {
   context_.calls->Begin();
   StartRead(&request_);
 }
@@ -63,9 +64,10 @@ void Creation::Complete(const std::shared_ptr<Session>& session, const Status& s
   const std::string& id = session->session_id();
   if (!status.ok()) {
     context_.registry->Remove(id);
-    context_.session.log->Info(
-        "create_refused",
-        {{"session", id}, {"reason", std::string(ErrorCodeName(status.error().code))}});
+    context_.session.log->Info("create_refused",
+                               {{"session", id},
+                                {"request", request_id_},
+                                {"reason", std::string(ErrorCodeName(status.error().code))}});
     Finish(ToGrpcStatus(status.error()));
     return;
   }
@@ -78,7 +80,7 @@ void Creation::Complete(const std::shared_ptr<Session>& session, const Status& s
   }
   context_.registry->Publish(session);
   *response_->mutable_session() = ToSession(session->info());
-  context_.session.log->Info("create", {{"session", id}});
+  context_.session.log->Info("create", {{"session", id}, {"request", request_id_}});
   Finish(grpc::Status::OK);
 }
 

@@ -33,6 +33,7 @@ class Creation final : public grpc::ServerReadReactor<v1::CreateSessionRequest> 
   const ServiceContext& context_;
   grpc::CallbackServerContext* const call_;
   v1::CreateSessionResponse* const response_;
+  const std::string request_id_;
   v1::CreateSessionRequest request_;
   BlobAssembler blobs_;
   std::optional<v1::CreateSession> create_;

@@ -65,6 +65,8 @@ inline constexpr std::size_t kSessionsMaxDefault = 4096;
 inline constexpr std::int32_t kVerticesMaxDefault = 10'000'000;
 /// Characters of a session id.
 inline constexpr std::size_t kSessionIdLengthMax = 64;
+/// Characters of a request id that are logged: a UUID and some more.
+inline constexpr std::size_t kRequestIdLengthMax = 64;
 /// Characters of one expression: a person's formula is a tenth of it; evaluation cost grows with
 /// it.
 inline constexpr std::size_t kExpressionLengthMax = 4096;

@@ -53,8 +53,8 @@ Server::Server(const Config& config, Parts parts)
 Server::~Server() { Shutdown(); }
 
 Status Server::Bind() {
-  // Never given back: whoever gives back the last reference to gRPC's library joins its threads, and
-  // one that covers a blocked write polls for 10 s. A process that ends need not wait for that.
+  // Never given back: whoever gives back the last reference to gRPC's library joins its threads,
+  // and one that covers a blocked write polls for 10 s. A process that ends need not wait for that.
   grpc_init();
   grpc::EnableDefaultHealthCheckService(true);
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();

@@ -11,6 +11,7 @@
 #include "server/download.h"
 #include "server/error_status.h"
 #include "server/limits.h"
+#include "server/request_id.h"
 #include "server/session_stream.h"
 
 namespace pliant::server {
@@ -149,13 +150,17 @@ grpc::ServerUnaryReactor* SessionServiceImpl::DeleteSession(grpc::CallbackServer
   response->set_revision(static_cast<std::int64_t>((*session)->info().revision));
   (*session)->Close({ErrorCode::kSessionNotFound,
                      "session " + request->session_id() + " was deleted", "session_id"});
-  context_.session.log->Info("delete", {{"session", request->session_id()}});
+  context_.session.log->Info("delete",
+                             {{"session", request->session_id()}, {"request", RequestIdOf(*call)}});
   return End(call, {});
 }
 
 grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* SessionServiceImpl::Edit(
-    grpc::CallbackServerContext*) {
-  return EditStream::Begin(*context_.registry, *context_.calls);
+    grpc::CallbackServerContext* call) {
+  return EditStream::Begin({.registry = context_.registry,
+                            .calls = context_.calls,
+                            .log = context_.session.log,
+                            .request_id = RequestIdOf(*call)});
 }
 
 grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(

@@ -18,20 +18,19 @@ Error OrderError(std::string message, std::string field) {
 }  // namespace
 
 grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* EditStream::Begin(
-    const SessionRegistry& registry, CallCounter& calls) {
+    Environment environment) {
   // Not make_shared: the constructor is private.
-  const std::shared_ptr<EditStream> stream(new EditStream(registry, calls));
+  const std::shared_ptr<EditStream> stream(new EditStream(std::move(environment)));
   stream->self_ = stream;
   stream->StartRead(&stream->request_);
   return stream.get();
 }
 
-EditStream::EditStream(const SessionRegistry& registry, CallCounter& calls)
-    : registry_(registry),
-      calls_(calls),
+EditStream::EditStream(Environment environment)
+    : environment_(std::move(environment)),
       inbox_({.count_max = kInboxCommandsMax, .bytes_max = kInboxBytesMax}),
       outbox_(kOutboxBytesMax) {
-  calls_.Begin();
+  environment_.calls->Begin();
 }
 
 // --- Called by gRPC -----------------------------------------------------------------------------
@@ -80,12 +79,19 @@ void EditStream::OnCancel() {
 
 void EditStream::OnDone() {
   std::shared_ptr<EditStream> self;
+  std::shared_ptr<Session> session;
+  grpc::Status status;
   {
     const std::lock_guard lock(mutex_);
     self = std::move(self_);
-    session_ = nullptr;
+    session = std::move(session_);
+    status = end_.value_or(grpc::Status::OK);
   }
-  calls_.End();
+  environment_.log->Info("edit_end", {{"session", session ? session->session_id() : ""},
+                                      {"request", environment_.request_id},
+                                      {"status", std::to_string(status.error_code())},
+                                      {"message", status.error_message()}});
+  environment_.calls->End();
 }
 
 // --- Called by the session ----------------------------------------------------------------------
@@ -182,12 +188,14 @@ Result<SessionCommand> EditStream::HandleOpen(const v1::EditRequest& request) {
   PLIANT_ASSIGN_OR_RETURN(const OpenCommand open, ConvertOpen(request.open()));
   PLIANT_ASSIGN_OR_RETURN(const WantedParts parts, ConvertParts(request.open().parts()));
   PLIANT_ASSIGN_OR_RETURN(std::shared_ptr<Session> session,
-                          registry_.Find(request.open().session_id()));
+                          environment_.registry->Find(request.open().session_id()));
   {
     const std::lock_guard lock(mutex_);
     parts_ = parts;  // Before a worker can send anything.
   }
   PLIANT_RETURN_IF_ERROR(session->Attach(shared_from_this()));
+  environment_.log->Info(
+      "edit_open", {{"session", session->session_id()}, {"request", environment_.request_id}});
   const std::lock_guard lock(mutex_);
   session_ = std::move(session);
   if (finished_) session_->Detach(this);  // Cancelled meanwhile.

@@ -7,12 +7,14 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <string>
 
 #include "pliant/v1/edit.pb.h"
 #include "server/blobs.h"
 #include "server/call_counter.h"
 #include "server/convert.h"
 #include "server/inbox.h"
+#include "server/log.h"
 #include "server/outbox.h"
 #include "server/session.h"
 #include "server/session_registry.h"
@@ -33,10 +35,15 @@ class EditStream final : public grpc::ServerBidiReactor<v1::EditRequest, v1::Edi
                          public Editor,
                          public std::enable_shared_from_this<EditStream> {
  public:
+  /// What a stream uses of its server; the pointers outlive it.
+  struct Environment {
+    const SessionRegistry* registry = nullptr;
+    CallCounter* calls = nullptr;
+    const Log* log = nullptr;
+    std::string request_id;
+  };
   /// Begins to serve a stream. The result belongs to gRPC until OnDone; sessions may share it.
-  /// @param registry, calls  outlive the stream.
-  static grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* Begin(
-      const SessionRegistry& registry, CallCounter& calls);
+  static grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* Begin(Environment environment);
 
   void OnReadDone(bool ok) override;
   void OnWriteDone(bool ok) override;
@@ -49,7 +56,7 @@ class EditStream final : public grpc::ServerBidiReactor<v1::EditRequest, v1::Edi
   void Close(const Error& error) override;
 
  private:
-  EditStream(const SessionRegistry& registry, CallCounter& calls);
+  explicit EditStream(Environment environment);
   Result<std::optional<SessionCommand>> Handle(v1::EditRequest& request);
   Result<SessionCommand> HandleOpen(const v1::EditRequest& request);
   void End(grpc::Status status);
@@ -57,8 +64,7 @@ class EditStream final : public grpc::ServerBidiReactor<v1::EditRequest, v1::Edi
   void Queue(v1::EditResponse response);
   void WakeSession();
 
-  const SessionRegistry& registry_;
-  CallCounter& calls_;
+  const Environment environment_;
 
   // Used by OnReadDone alone, of which one runs at a time.
   v1::EditRequest request_;
