@@ -121,6 +121,7 @@ class RefinementPlan {
   /// Ends because boldness only falls.
   void MakeChildrenPositive() {
     std::vector<TriangleId> suspects;
+    suspects.reserve(split_at_.size());
     for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) suspects.emplace_back(t);
     while (!suspects.empty()) {
       std::vector<TriangleId> next;
