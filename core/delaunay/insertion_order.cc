@@ -46,9 +46,8 @@ class GridAxis {
   double half_extent_;
 };
 
-}  // namespace
-
-std::vector<std::int32_t> InsertionOrder(std::span<const Vec2> points) {
+/// Points with their distances along the curve through their bounding box.
+std::vector<std::pair<std::uint64_t, std::int32_t>> KeyedPoints(std::span<const Vec2> points) {
   if (points.empty()) return {};
   const auto [low_x, high_x] = std::ranges::minmax(points, {}, &Vec2::x);
   const auto [low_y, high_y] = std::ranges::minmax(points, {}, &Vec2::y);
@@ -60,6 +59,21 @@ std::vector<std::int32_t> InsertionOrder(std::span<const Vec2> points) {
     keyed.emplace_back(HilbertKey(axis_x.Cell(points[i].x), axis_y.Cell(points[i].y)),
                        static_cast<std::int32_t>(i));
   }
+  return keyed;
+}
+
+std::vector<std::int32_t> PointsOf(
+    const std::vector<std::pair<std::uint64_t, std::int32_t>>& keyed) {
+  std::vector<std::int32_t> order;
+  order.reserve(keyed.size());
+  for (const auto& [key, point] : keyed) order.push_back(point);
+  return order;
+}
+
+}  // namespace
+
+std::vector<std::int32_t> InsertionOrder(std::span<const Vec2> points) {
+  std::vector<std::pair<std::uint64_t, std::int32_t>> keyed = KeyedPoints(points);
   Rng rng(points.size());
   for (std::size_t i = keyed.size(); i > 1; --i) std::swap(keyed[i - 1], keyed[rng.Below(i)]);
   std::size_t first = 0;
@@ -71,10 +85,13 @@ std::vector<std::int32_t> InsertionOrder(std::span<const Vec2> points) {
     first = last;
     size = first;
   }
-  std::vector<std::int32_t> order;
-  order.reserve(keyed.size());
-  for (const auto& [key, point] : keyed) order.push_back(point);
-  return order;
+  return PointsOf(keyed);
+}
+
+std::vector<std::int32_t> HilbertOrder(std::span<const Vec2> points) {
+  std::vector<std::pair<std::uint64_t, std::int32_t>> keyed = KeyedPoints(points);
+  std::sort(keyed.begin(), keyed.end());
+  return PointsOf(keyed);
 }
 
 }  // namespace pliant

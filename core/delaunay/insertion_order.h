@@ -13,4 +13,8 @@ namespace pliant {
 /// Deterministic: depends on the points only. Cost O(n log n).
 [[nodiscard]] std::vector<std::int32_t> InsertionOrder(std::span<const Vec2> points);
 
+/// Points along one Hilbert curve through their bounding box: neighbours in the plane are near each
+/// other in the order. Points in one cell of its 2^62 are in order of index. Cost O(n log n).
+[[nodiscard]] std::vector<std::int32_t> HilbertOrder(std::span<const Vec2> points);
+
 }  // namespace pliant

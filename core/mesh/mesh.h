@@ -7,6 +7,7 @@
 
 #include "core/base/check.h"
 #include "core/base/ids.h"
+#include "core/base/large_pages.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/slots.h"
 #include "core/metric/metric.h"
@@ -69,6 +70,10 @@ struct EdgeRecord {
   bool touched : 1 = false;    ///< As for vertices.
   bool committed : 1 = false;  ///< As for vertices.
 };
+
+/// An array over the elements of a mesh.
+template <class Record>
+using MeshVector = std::vector<Record, LargePageAllocator<Record>>;
 
 /// A straight line that constrained edges lie on, by its end vertices, which are fixed.
 struct SegmentRecord {
@@ -153,9 +158,9 @@ class Mesh {
   friend class MeshEdit;
   friend class MeshBreaker;  // Of validate_test.cc: makes every fault that Validate looks for.
 
-  std::vector<VertexRecord> vertices_;
-  std::vector<std::int32_t> hints_;  // Per vertex slot; apart, because the log does not hold them.
-  std::vector<TriangleRecord> triangles_;
+  MeshVector<VertexRecord> vertices_;
+  MeshVector<std::int32_t> hints_;  // Per vertex slot; apart, because the log does not hold them.
+  MeshVector<TriangleRecord> triangles_;
   std::vector<EdgeRecord> edges_;
   std::vector<SegmentRecord> segments_;
   SlotAllocator vertex_allocator_;

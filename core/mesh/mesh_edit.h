@@ -81,12 +81,13 @@ class MeshEdit {
   VertexId SplitEdge(Side side, Vec2 position, double t);
 
   /// Splits many edges at once, by templates: a triangle with three split sides becomes four, with
-  /// two three (by the shorter diagonal in the metric), with one two. New vertices get slots in the
-  /// order of `splits` after the old ones and no metric yet; triangles are numbered anew, children
-  /// together in the order of their parents. @pre nothing was committed and no slot is dead; all
-  /// children are positive
-  /// @par Cost O(mesh)
-  void Refine(std::span<const EdgeSplit> splits);
+  /// two three (by the shorter diagonal in the metric), with one two. Everything is numbered anew,
+  /// so that neighbours have near slots: triangles in the given order of their parents, children
+  /// together; vertices in the order in which triangles have them, but for the fixed ones, which
+  /// come first, in their old order. New vertices have no metric yet.
+  /// @param order  the live triangles, each once. @pre nothing was committed; all children are
+  /// positive. @par Cost O(mesh)
+  void Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order);
 
   /// Replaces the triangles of a cavity by others that cover the same polygon. Vertices that lose
   /// their last triangle must be removed by RemoveVertex.

@@ -38,8 +38,8 @@ std::vector<SortedSide> SortSides(std::span<const NewTriangle> triangles) {
 }
 
 /// New slot numbers of the live records, in order; -1 for the dead.
-template <class Record>
-std::vector<std::int32_t> DenseNumbers(const std::vector<Record>& records) {
+template <class Records>
+std::vector<std::int32_t> DenseNumbers(const Records& records) {
   std::vector<std::int32_t> numbers(records.size(), -1);
   std::int32_t count = 0;
   for (std::size_t i = 0; i < records.size(); ++i) {
@@ -53,9 +53,9 @@ void Renumber(IdType& id, const std::vector<std::int32_t>& numbers) {
   if (id.valid()) id = IdType(numbers[id.index()]);
 }
 
-template <class Record>
-void DropDead(std::vector<Record>& records) {
-  std::erase_if(records, [](const Record& record) { return !record.live; });
+template <class Records>
+void DropDead(Records& records) {
+  std::erase_if(records, [](const auto& record) { return !record.live; });
 }
 
 }  // namespace

@@ -54,7 +54,11 @@ class NestedBuild {
   void Finish();
 
  private:
+  /// Vertices that a coarser level had, and those that no level has visited.
+  enum class Generation { kOld, kNew };
+
   void StartLevel(int level, const LoopSettings& settings);
+  void WakeAll(Generation generation);
 
   MeshEdit& edit_;
   PliantLoop& loop_;
@@ -62,6 +66,7 @@ class NestedBuild {
   std::shared_ptr<const MetricField> level_field_;
   LoopSettings settings_;
   int level_ = 0;
+  bool is_coarsest_ = true;  // No level was refined yet: slots are in order of insertion.
 };
 
 }  // namespace pliant

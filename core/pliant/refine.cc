@@ -5,6 +5,7 @@
 #include <cstddef>
 #include <cstdint>
 
+#include "core/delaunay/insertion_order.h"
 #include "core/geometry/predicates.h"
 #include "core/metric/metric.h"
 
@@ -23,8 +24,10 @@ enum class Boldness : std::uint8_t { kWhole, kStraight, kGeodesic };
 
 class RefinementPlan {
  public:
-  explicit RefinementPlan(const Mesh& mesh)
-      : mesh_(mesh), split_at_(static_cast<std::size_t>(mesh.triangle_slots())) {
+  RefinementPlan(const Mesh& mesh, double growth)
+      : mesh_(mesh),
+        squared_split_length_(kSplitLength * kSplitLength / growth),
+        split_at_(static_cast<std::size_t>(mesh.triangle_slots())) {
     for (auto& at : split_at_) at = {-1, -1, -1};
   }
 
@@ -45,13 +48,14 @@ class RefinementPlan {
   }
 
   void MarkLongSides(TriangleId t) {
+    if (!mesh_.triangle(t).live) return;
     for (int side = 0; side < 3; ++side) {
       const TriangleId beyond = mesh_.triangle(t).neighbors[static_cast<std::size_t>(side)];
       if (beyond.valid() && beyond < t) continue;  // The neighbour has dealt with it.
       const VertexRecord& a = mesh_.vertex(Corner(t, NextCorner(side)));
       const VertexRecord& b = mesh_.vertex(Corner(t, PreviousCorner(side)));
       const double squared = SquaredLength(0.5 * (a.metric + b.metric), b.position - a.position);
-      if (!(squared > kSplitLength * kSplitLength)) continue;
+      if (!(squared > squared_split_length_)) continue;
       const auto index = static_cast<std::int32_t>(splits_.size());
       EdgeSplit split{{t, side}, {}, 0};
       Place(split, Boldness::kGeodesic);
@@ -122,7 +126,9 @@ class RefinementPlan {
   void MakeChildrenPositive() {
     std::vector<TriangleId> suspects;
     suspects.reserve(split_at_.size());
-    for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) suspects.emplace_back(t);
+    for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) {
+      if (mesh_.triangle(TriangleId(t)).live) suspects.emplace_back(t);
+    }
     while (!suspects.empty()) {
       std::vector<TriangleId> next;
       for (const TriangleId t : suspects) {
@@ -177,6 +183,7 @@ class RefinementPlan {
   }
 
   const Mesh& mesh_;
+  const double squared_split_length_;
   std::vector<EdgeSplit> splits_;
   std::vector<Boldness> boldness_;
   std::vector<std::array<std::int32_t, 3>> split_at_;  // Per triangle side, or -1.
@@ -184,6 +191,34 @@ class RefinementPlan {
 
 }  // namespace
 
-std::vector<EdgeSplit> PlanRefinement(const Mesh& mesh) { return RefinementPlan(mesh).Make(); }
+std::vector<EdgeSplit> PlanRefinement(const Mesh& mesh, double growth) {
+  return RefinementPlan(mesh, growth).Make();
+}
+
+std::vector<TriangleId> TrianglesAlongCurve(const Mesh& mesh) {
+  const std::vector<TriangleId> triangles = TrianglesBySlot(mesh);
+  std::vector<Vec2> centers;
+  centers.reserve(triangles.size());
+  for (const TriangleId id : triangles) {
+    const auto& v = mesh.triangle(id).vertices;
+    centers.push_back((1.0 / 3.0) *
+                      (mesh.position(v[0]) + mesh.position(v[1]) + mesh.position(v[2])));
+  }
+  std::vector<TriangleId> order;
+  order.reserve(triangles.size());
+  for (const std::int32_t index : HilbertOrder(centers)) {
+    order.push_back(triangles[static_cast<std::size_t>(index)]);
+  }
+  return order;
+}
+
+std::vector<TriangleId> TrianglesBySlot(const Mesh& mesh) {
+  std::vector<TriangleId> triangles;
+  triangles.reserve(static_cast<std::size_t>(mesh.triangle_count()));
+  for (std::int32_t t = 0; t < mesh.triangle_slots(); ++t) {
+    if (mesh.triangle(TriangleId(t)).live) triangles.emplace_back(t);
+  }
+  return triangles;
+}
 
 }  // namespace pliant

@@ -18,7 +18,17 @@ namespace pliant {
 /// midpoint is taken where a child would not be positive, and an edge stays whole where even that
 /// does not help (rounding). On a segment the point stays on it.
 ///
-/// @pre no dead slots. @return in ascending order of triangle, as MeshEdit::Refine wants it.
-[[nodiscard]] std::vector<EdgeSplit> PlanRefinement(const Mesh& mesh);
+/// @param growth  what the mesh's metric is going to be multiplied by, > 0; midpoints do not depend
+///                on it.
+/// @return in ascending order of triangle, as MeshEdit::Refine wants it.
+[[nodiscard]] std::vector<EdgeSplit> PlanRefinement(const Mesh& mesh, double growth);
+
+/// The live triangles along a Hilbert curve through their centers, so that neighbours are near each
+/// other: the order for MeshEdit::Refine of a mesh that grew one node at a time.
+/// @par Cost O(n log n)
+[[nodiscard]] std::vector<TriangleId> TrianglesAlongCurve(const Mesh& mesh);
+
+/// The live triangles in order of slot: the order for a mesh that was refined before.
+[[nodiscard]] std::vector<TriangleId> TrianglesBySlot(const Mesh& mesh);
 
 }  // namespace pliant

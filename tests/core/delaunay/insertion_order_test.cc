@@ -65,5 +65,21 @@ TEST(InsertionOrder, StartsWithASampleOfTheWhole) {
   EXPECT_LT(low, 600);
 }
 
+// Goal: one sweep over all points whose steps are shorter than those of rounds: below 1.5 / sqrt(n)
+// on average, and never far.
+TEST(HilbertOrder, SweepsOverThePoints) {
+  Rng rng(3);
+  const std::vector<Vec2> points = RandomPoints(10000, rng);
+  const std::vector<std::int32_t> order = HilbertOrder(points);
+  ExpectPermutation(order, points.size());
+  double sum = 0;
+  for (std::size_t i = 1; i < order.size(); ++i) {
+    sum += Length(points[static_cast<std::size_t>(order[i])] -
+                  points[static_cast<std::size_t>(order[i - 1])]);
+  }
+  EXPECT_LT(sum / 10000, 0.015);
+  EXPECT_TRUE(HilbertOrder({}).empty());
+}
+
 }  // namespace
 }  // namespace pliant

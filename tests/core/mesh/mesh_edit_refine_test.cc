@@ -1,5 +1,8 @@
 #include <gtest/gtest.h>
 
+#include <array>
+#include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/rng.h"
@@ -22,12 +25,30 @@ Domain TrickyDomain() {
   return domain;
 }
 
+std::vector<TriangleId> LiveTriangles(const Mesh& mesh) {
+  std::vector<TriangleId> triangles;
+  for (std::int32_t t = 0; t < mesh.triangle_slots(); ++t) {
+    if (mesh.triangle(TriangleId(t)).live) triangles.emplace_back(t);
+  }
+  return triangles;
+}
+
+/// Of the fixed vertices, in order of slot.
+std::vector<Vec2> FixedPositions(const Mesh& mesh) {
+  std::vector<Vec2> positions;
+  for (std::int32_t v = 0; v < mesh.vertex_slots() && mesh.vertex(VertexId(v)).fixed; ++v) {
+    positions.push_back(mesh.position(VertexId(v)));
+  }
+  return positions;
+}
+
 /// Splits at the straight middles of the edges for which `wanted` says so, lower triangle first.
 template <class Wanted>
 std::vector<EdgeSplit> MiddleSplits(const Mesh& mesh, Wanted wanted) {
   std::vector<EdgeSplit> splits;
   for (std::int32_t t = 0; t < mesh.triangle_slots(); ++t) {
     const TriangleRecord& triangle = mesh.triangle(TriangleId(t));
+    if (!triangle.live) continue;
     for (int side = 0; side < 3; ++side) {
       const TriangleId beyond = triangle.neighbors[static_cast<std::size_t>(side)];
       if (beyond.valid() && beyond.value() < t) continue;
@@ -49,7 +70,8 @@ std::vector<EdgeSplit> MiddleSplits(const Mesh& mesh, Wanted wanted) {
 // Goal: every template, alone and beside every other, leaves a consistent mesh of the same area
 // with the expected number of triangles.
 // Method: random subsets of the edges of a domain with a hole and an internal constraint, twice in
-// a row; Validate knows nothing of templates. A triangle with k split sides becomes k + 1.
+// a row, triangles in random order; Validate knows nothing of templates. A triangle with k split
+// sides becomes k + 1.
 TEST(Refine, RandomSubsetsOfEdgesLeaveAValidMesh) {
   for (std::uint64_t seed = 0; seed < 200; ++seed) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
@@ -68,11 +90,15 @@ TEST(Refine, RandomSubsetsOfEdgesLeaveAValidMesh) {
         expected += record.neighbors[static_cast<std::size_t>(split.side.corner)].valid() ? 2 : 1;
       }
       const std::int32_t vertex_count = mesh.vertex_count();
-      edit.Refine(splits);
+      std::vector<TriangleId> order = LiveTriangles(mesh);
+      for (std::size_t i = order.size(); i > 1; --i) std::swap(order[i - 1], order[rng.Below(i)]);
+      const std::vector<Vec2> given = FixedPositions(mesh);
+      edit.Refine(splits, order);
       ASSERT_EQ(Validate(mesh), std::vector<std::string>());
       EXPECT_EQ(mesh.triangle_count(), expected);
       EXPECT_EQ(mesh.vertex_count(), vertex_count + static_cast<std::int32_t>(splits.size()));
       EXPECT_NEAR(Area(mesh), area, 1e-12);
+      EXPECT_EQ(FixedPositions(mesh), given);
     }
   }
 }
@@ -84,10 +110,29 @@ TEST(Refine, AllEdgesMakeFourOfEveryTriangle) {
   BuildFromPlan(*plan, edit);
   const std::int32_t triangle_count = mesh.triangle_count();
   const std::int32_t edge_count = mesh.edge_count();
-  edit.Refine(MiddleSplits(mesh, [] { return true; }));
+  edit.Refine(MiddleSplits(mesh, [] { return true; }), LiveTriangles(mesh));
   ASSERT_EQ(Validate(mesh), std::vector<std::string>());
   EXPECT_EQ(mesh.triangle_count(), 4 * triangle_count);
   EXPECT_EQ(mesh.edge_count(), 2 * edge_count);
+}
+
+// Goal: slots of deleted elements are no obstacle, and are gone afterwards.
+TEST(Refine, DropsDeadSlots) {
+  const auto plan = PlanDomain(testing::Rectangle({0, 0}, {1, 1}));
+  Mesh mesh;
+  MeshEdit edit(mesh);
+  BuildFromPlan(*plan, edit);
+  const VertexId middle = edit.SplitEdge({TriangleId(0), 0}, {0.5, 0.5}, 0);
+  ASSERT_EQ(mesh.triangle_count(), 4);
+  std::vector<TriangleId> cavity = LiveTriangles(mesh);
+  edit.ReplaceCavity(cavity, std::array{NewTriangle{{VertexId(0), VertexId(1), VertexId(2)}, 0},
+                                        NewTriangle{{VertexId(0), VertexId(2), VertexId(3)}, 0}});
+  edit.RemoveVertex(middle);
+  ASSERT_EQ(mesh.triangle_slots(), 4);
+  edit.Refine(MiddleSplits(mesh, [] { return true; }), LiveTriangles(mesh));
+  ASSERT_EQ(Validate(mesh), std::vector<std::string>());
+  EXPECT_EQ(mesh.triangle_slots(), 8);
+  EXPECT_EQ(mesh.vertex_slots(), 9);
 }
 
 }  // namespace

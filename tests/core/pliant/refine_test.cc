@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
+#include <string>
+#include <vector>
 
 #include "core/base/rng.h"
 #include "core/delaunay/import_mesh.h"
@@ -31,9 +34,9 @@ struct Square {
 TEST(PlanRefinement, HalvesLongEdgesAndLeavesShortOnesWhole) {
   // The sides have length 1 in the plane: 1.4 and 1.2 in these metrics; the diagonal is longer.
   const Square long_sides(FunctionField([](Vec2) { return Metric::Isotropic(1 / 1.4); }));
-  EXPECT_EQ(PlanRefinement(long_sides.mesh).size(), 5U);
+  EXPECT_EQ(PlanRefinement(long_sides.mesh, 1).size(), 5U);
   const Square short_sides(FunctionField([](Vec2) { return Metric::Isotropic(1 / 1.2); }));
-  const auto splits = PlanRefinement(short_sides.mesh);
+  const auto splits = PlanRefinement(short_sides.mesh, 1);
   ASSERT_EQ(splits.size(), 1U);
   EXPECT_EQ(splits[0].position, (Vec2{1.5, 1.5}));
 }
@@ -44,7 +47,7 @@ TEST(PlanRefinement, HalvesLongEdgesAndLeavesShortOnesWhole) {
 TEST(PlanRefinement, PutsMidpointsWhereTheMetricHasThem) {
   const Square square(FunctionField([](Vec2 p) { return Metric::Isotropic(0.2 * p.x); }));
   int horizontal_count = 0;
-  for (const EdgeSplit& split : PlanRefinement(square.mesh)) {
+  for (const EdgeSplit& split : PlanRefinement(square.mesh, 1)) {
     const double y = split.position.y;
     if (y != 1 && y != 2) continue;
     ++horizontal_count;
@@ -68,7 +71,7 @@ TEST(PlanRefinement, WildMetricsGiveValidChildren) {
                              {std::cos(t), std::sin(t)}});
     }));
     for (int level = 0; level < 5; ++level) {
-      square.edit.Refine(PlanRefinement(square.mesh));
+      square.edit.Refine(PlanRefinement(square.mesh, 1), TrianglesBySlot(square.mesh));
       for (std::int32_t v = 0; v < square.mesh.vertex_slots(); ++v) {
         const double t = rng.Uniform(0, 3.14);
         square.edit.SetMetric(
@@ -78,6 +81,35 @@ TEST(PlanRefinement, WildMetricsGiveValidChildren) {
       ASSERT_EQ(Validate(square.mesh), std::vector<std::string>());
     }
   }
+}
+
+// Goal: both orders name every live triangle once, and the curve's steps are short.
+TEST(TrianglesAlongCurve, KeepsNeighborsTogether) {
+  Square square(FunctionField([](Vec2) { return Metric::Isotropic(1e-3); }));
+  for (int level = 0; level < 5; ++level) {
+    square.edit.Refine(PlanRefinement(square.mesh, 1), TrianglesBySlot(square.mesh));
+    for (std::int32_t v = 0; v < square.mesh.vertex_slots(); ++v) {
+      square.edit.SetMetric(VertexId(v), Metric::Isotropic(1e-3));
+    }
+  }
+  const std::vector<TriangleId> curve = TrianglesAlongCurve(square.mesh);
+  std::vector<TriangleId> sorted = curve;
+  std::sort(sorted.begin(), sorted.end());
+  EXPECT_EQ(sorted, TrianglesBySlot(square.mesh));
+  ASSERT_EQ(curve.size(), 2048U);
+  double steps = 0;
+  for (std::size_t i = 1; i < curve.size(); ++i) {
+    steps += Length(square.mesh.position(square.mesh.triangle(curve[i]).vertices[0]) -
+                    square.mesh.position(square.mesh.triangle(curve[i - 1]).vertices[0]));
+  }
+  EXPECT_LT(steps / 2048, 2.0 / 32);  // The sides of a triangle are 1/32 long.
+}
+
+// Goal: an edge is measured in the metric to come.
+TEST(PlanRefinement, LooksAheadByTheGrowthOfTheMetric) {
+  const Square square(FunctionField([](Vec2) { return Metric::Isotropic(2 / 1.4); }));
+  EXPECT_EQ(PlanRefinement(square.mesh, 1).size(), 0U);
+  EXPECT_EQ(PlanRefinement(square.mesh, 4).size(), 5U);
 }
 
 }  // namespace
