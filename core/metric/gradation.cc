@@ -166,20 +166,6 @@ class Limiter {
     return result;
   }
 
-  /// The square root of the larger eigenvalue of limited against raw.
-  static double SizeRatio(const AxisSizes& raw, const AxisSizes& limited) {
-    // In raw's axes, scaled by raw's sizes, the limited metric is [a b; b c].
-    const double high = 1 / (limited.thin * limited.thin);
-    const double low = 1 / (limited.wide * limited.wide);
-    const double sine2 = SquaredSine(raw.frame, limited.frame);
-    const double a = raw.thin * raw.thin * (high + (low - high) * sine2);
-    const double c = raw.wide * raw.wide * (low + (high - low) * sine2);
-    const double b2 = raw.thin * raw.thin * (raw.wide * raw.wide) * ((high - low) * (high - low)) *
-                      (sine2 * (1 - sine2));
-    const double d = 0.5 * (a - c);
-    return std::sqrt(0.5 * (a + c) + std::sqrt(d * d + std::max(b2, 0.0)));
-  }
-
   const VertexGraph& graph_;
   std::span<const Vec2> points_;
   GradationRates rates_;

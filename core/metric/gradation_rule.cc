@@ -26,4 +26,17 @@ Metric MetricFromSizes(const AxisSizes& sizes) {
   return {high * cosine2 + low * sine2, 0.5 * (high - low) * s, high * sine2 + low * cosine2};
 }
 
+double SizeRatio(const AxisSizes& raw, const AxisSizes& limited) {
+  // In raw's axes, scaled by raw's sizes, the limited metric is [a b; b c].
+  const double high = 1 / (limited.thin * limited.thin);
+  const double low = 1 / (limited.wide * limited.wide);
+  const double sine2 = SquaredSine(raw.frame, limited.frame);
+  const double a = raw.thin * raw.thin * (high + (low - high) * sine2);
+  const double c = raw.wide * raw.wide * (low + (high - low) * sine2);
+  const double b2 = raw.thin * raw.thin * (raw.wide * raw.wide) * ((high - low) * (high - low)) *
+                    (sine2 * (1 - sine2));
+  const double d = 0.5 * (a - c);
+  return std::sqrt(0.5 * (a + c) + std::sqrt(d * d + std::max(b2, 0.0)));
+}
+
 }  // namespace pliant

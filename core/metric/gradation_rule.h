@@ -130,6 +130,9 @@ struct SquaredComponents {
 /// The sizes and axes of a tensor. @pre IsPositiveDefinite(m)
 [[nodiscard]] AxisSizes SizesFromMetric(const Metric& m);
 
+/// The largest ratio, over all directions, of the size in `raw` to that in `limited`.
+[[nodiscard]] double SizeRatio(const AxisSizes& raw, const AxisSizes& limited);
+
 /// The inverse of SizesFromMetric, up to rounding.
 [[nodiscard]] Metric MetricFromSizes(const AxisSizes& sizes);
 

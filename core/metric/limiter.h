@@ -1,0 +1,168 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/geometry/vec2.h"
+#include "core/metric/fixed_point.h"
+#include "core/metric/gradation.h"
+#include "core/metric/gradation_rule.h"
+#include "core/metric/metric.h"
+
+namespace pliant {
+
+/// What the limiter has to know of a mesh: its vertices by number, and the edges between them.
+class VertexRings {
+ public:
+  virtual ~VertexRings() = default;
+  [[nodiscard]] virtual Vec2 position(std::int32_t vertex) const = 0;
+  /// The vertices that share an edge with `vertex`, in any order. Valid until the next
+  /// call.
+  [[nodiscard]] virtual std::span<const std::int32_t> Neighbors(std::int32_t vertex) = 0;
+};
+
+/// What one update of the limits did.
+struct LimitChanges {
+  /// Vertices whose limited tensor may have changed, ascending; none that is gone.
+  std::vector<std::int32_t> vertices;
+  /// Vertices that the limits look at now and did not before, or the other way round, do not count
+  /// here: these count vertices of `vertices` at which a limit holds now.
+  std::int64_t rotation_count = 0;
+  std::int64_t gradation_count = 0;
+  double size_ratio_max = 1;      ///< Over `vertices`: largest raw / limited size.
+  std::int64_t looked_count = 0;  ///< Work: vertices looked at, and values settled.
+};
+
+/// LimitMetrics kept up to date: a change of k tensors, places or edges costs what it changes, and
+/// the result is the one of limiting everything anew, to the bit.
+///
+/// Both shortest-path problems are kept solved by FixedPoint; the rotation limits, which do not
+/// propagate, are computed again where their inputs changed.
+/// *Invariants*: after Update, Limited(v) for every vertex is LimitMetrics' answer for the raw
+/// tensors and the mesh of that moment.
+/// *Threads*: one caller at a time.
+class MetricLimiter {
+ public:
+  /// @param options  as for LimitMetrics.
+  explicit MetricLimiter(const GradationOptions& options);
+
+  /// A vertex that is new, or whose raw tensor is another one. Takes effect with Update.
+  void SetRaw(std::int32_t vertex, const Metric& raw);
+  /// A vertex that moved, or gained or lost neighbours. @pre it has a raw tensor
+  void Touch(std::int32_t vertex) { touched_.push_back(vertex); }
+  /// A vertex that is gone; its former neighbours must be touched.
+  void Remove(std::int32_t vertex);
+
+  /// Limits the metric of the mesh as it is now. Every vertex has a raw tensor, and every vertex
+  /// that moved or whose ring changed was touched.
+  /// @par Cost O(changed log changed): about a microsecond per tensor that changes.
+  LimitChanges Update(VertexRings& rings);
+
+  [[nodiscard]] const Metric& Raw(std::int32_t vertex) const { return row(vertex).raw; }
+  [[nodiscard]] Metric Limited(std::int32_t vertex) const;
+  /// Vertices at which the rotation limit, or growth from a neighbour, holds.
+  [[nodiscard]] std::int64_t rotation_count() const { return counts_.rotation; }
+  [[nodiscard]] std::int64_t gradation_count() const { return counts_.gradation; }
+
+  /// From now on Rollback returns to here. @par Cost O(changed since the last Commit)
+  void Commit();
+  /// Back to the last Commit, to the bit. @par Cost O(changed since then)
+  void Rollback();
+
+ private:
+  /// All that is known of a vertex.
+  struct Row {
+    Metric raw;
+    AxisSizes own;         ///< Sizes and axes of `raw`.
+    double base_wide = 0;  ///< own.wide after the rotation limit.
+    AxisSizes label;       ///< After growth of the thin sizes.
+    double cap = 0;        ///< label.wide after the rotation limit.
+    double wide = 0;       ///< After growth of the wide sizes.
+    bool live = false;
+    bool is_new = false;   ///< Since the last Update.
+    bool changed = false;  ///< In this Update: is in changed_, and not counted.
+    bool near = false;     ///< In this Update: is in near_.
+    bool logged = false;
+
+    [[nodiscard]] AxisSizes base() const { return {own.thin, base_wide, own.frame}; }
+    [[nodiscard]] AxisSizes limited() const { return {label.thin, wide, label.frame}; }
+    [[nodiscard]] bool rotated() const { return base_wide < own.wide || cap < label.wide; }
+    [[nodiscard]] bool graded() const { return label.thin < own.thin || wide < cap; }
+  };
+  struct Counts {
+    std::int64_t rotation = 0;
+    std::int64_t gradation = 0;
+  };
+
+  /// Thin sizes: a label spreads as far as it is the finest, its axes along with it.
+  struct ThinProblem {
+    using Value = AxisSizes;
+    MetricLimiter& limiter;
+    VertexRings& rings;
+
+    static double Key(const Value& value) { return value.thin; }
+    /// Of two labels of the same thin size any rule serves that looks at nothing but the labels,
+    /// for then the numbering of vertices plays no part.
+    static bool IsBetter(const Value& a, const Value& b) {
+      if (a.thin != b.thin) return a.thin < b.thin;
+      if (a.wide != b.wide) return a.wide > b.wide;
+      if (a.frame.c != b.frame.c) return a.frame.c > b.frame.c;
+      return a.frame.s > b.frame.s;
+    }
+    static Value None();
+    Value& At(std::int32_t v) const { return limiter.rows_[static_cast<std::size_t>(v)].label; }
+    Value Own(std::int32_t v) const { return limiter.row(v).base(); }
+    std::optional<Value> Offer(const Value& value, std::int32_t p, std::int32_t q) const;
+    std::span<const std::int32_t> Neighbors(std::int32_t v) const { return rings.Neighbors(v); }
+  };
+
+  /// Wide sizes, with axes and thin sizes final.
+  struct WideProblem {
+    using Value = double;
+    MetricLimiter& limiter;
+    VertexRings& rings;
+
+    static double Key(double value) { return value; }
+    static bool IsBetter(double a, double b) { return a < b; }
+    static double None();
+    double& At(std::int32_t v) const { return limiter.rows_[static_cast<std::size_t>(v)].wide; }
+    double Own(std::int32_t v) const { return limiter.row(v).cap; }
+    std::optional<double> Offer(double value, std::int32_t p, std::int32_t q) const;
+    std::span<const std::int32_t> Neighbors(std::int32_t v) const { return rings.Neighbors(v); }
+  };
+
+  [[nodiscard]] const Row& row(std::int32_t v) const { return rows_[static_cast<std::size_t>(v)]; }
+  /// Writable; the first call since Commit logs what stood there.
+  Row& Mutable(std::int32_t v);
+  void Count(const Row& row, int sign);
+  /// Which of two passes the rotation limit is for.
+  enum class RotationOf { kOwn, kLabel };
+  [[nodiscard]] const AxisSizes& SizesFor(RotationOf pass, const Row& row) const {
+    return pass == RotationOf::kOwn ? row.own : row.label;
+  }
+  [[nodiscard]] double Rotated(VertexRings& rings, std::int32_t v, RotationOf pass) const;
+  void AddNear(std::int32_t v);
+  void AddNearRing(VertexRings& rings, std::int32_t v);
+  void LimitOwn(VertexRings& rings, std::int32_t v);
+  void Grow(VertexRings& rings);
+  LimitChanges Finish();
+
+  GradationRates rates_;
+  bool grows_;
+  std::vector<Row> rows_;
+  Counts counts_;
+  std::vector<std::int32_t> touched_;
+  std::vector<std::int32_t> changed_;  ///< Rows written since the last Update.
+  std::vector<std::int32_t> near_;     ///< Vertices that this Update looks at.
+  FixedPoint<ThinProblem> thin_;
+  FixedPoint<WideProblem> wide_;
+
+  std::vector<std::pair<std::int32_t, Row>> log_;
+  std::size_t committed_size_ = 0;
+  Counts committed_counts_;
+};
+
+}  // namespace pliant

@@ -1,0 +1,34 @@
+#include "core/mesh/mesh_rings.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "tests/support/mesh_testing.h"
+
+namespace pliant {
+namespace {
+
+using ::testing::UnorderedElementsAre;
+using ::testing::UnorderedElementsAreArray;
+
+TEST(MeshRings, AreTheEndsOfTheEdgesAtAVertex) {
+  const auto made = testing::ImportedMesh(testing::GridData(2, 2));
+  MeshRings rings(made->mesh);
+  EXPECT_THAT(rings.Neighbors(4), UnorderedElementsAre(0, 1, 5, 8, 7, 3));
+  EXPECT_THAT(rings.Neighbors(2), UnorderedElementsAre(1, 5));
+  EXPECT_EQ(rings.position(5), (Vec2{2, 1}));
+}
+
+// Two triangles that touch at a point: its ring is that of both.
+TEST(MeshRings, JoinTheFansOfAPinchedVertex) {
+  MeshData data;
+  data.points = {{0, 0}, {1, 0}, {0, 1}, {-1, 0}, {0, -1}};
+  data.triangles = {{0, 1, 2}, {0, 3, 4}};
+  const auto made = testing::ImportedMesh(data);
+  ASSERT_TRUE(made->mesh.vertex(VertexId(0)).pinched);
+  MeshRings rings(made->mesh);
+  EXPECT_THAT(rings.Neighbors(0), UnorderedElementsAreArray({1, 2, 3, 4}));
+}
+
+}  // namespace
+}  // namespace pliant
