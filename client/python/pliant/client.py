@@ -7,10 +7,10 @@ from typing import Any, List, Mapping, Optional
 
 import grpc
 
-from pliant import arrays, errors, geometry
+from pliant import arrays, calls, errors, geometry
 from pliant import metric as metrics
 from pliant import options as opts
-from pliant.session import Session, call
+from pliant.session import Session
 from pliant.v1 import metric_pb2, session_pb2, session_pb2_grpc
 
 _CONNECT_S_MAX = 10.0
@@ -56,7 +56,7 @@ class Client:
         self._open: weakref.WeakSet = weakref.WeakSet()
         get_info = session_pb2_grpc.ServerServiceStub(self._channel).GetServerInfo
         # A server that we have just started may need a moment more; any other one is there or not.
-        info = call(get_info, session_pb2.GetServerInfoRequest(), timeout=_CONNECT_S_MAX,
+        info = calls.call(get_info, session_pb2.GetServerInfoRequest(), timeout=_CONNECT_S_MAX,
                     wait_for_ready=server is not None)
         if server is not None:
             # The connection first: a server that ends waits for connections that nobody polls.
@@ -139,7 +139,7 @@ class Client:
         """All sessions of the server, oldest first."""
         found, token = [], ""
         while True:
-            page = call(self._sessions.ListSessions,
+            page = calls.call(self._sessions.ListSessions,
                         session_pb2.ListSessionsRequest(page_token=token))
             found += [SessionInfo(one.session_id, one.revision, one.counts.vertex_count,
                                   one.counts.triangle_count, one.active_count, dict(one.labels))
@@ -177,7 +177,7 @@ class Client:
                 yield session_pb2.CreateSessionRequest(chunk=chunk)
             yield session_pb2.CreateSessionRequest(create=message)
 
-        response = call(self._sessions.CreateSession, requests())
+        response = calls.call(self._sessions.CreateSession, requests())
         return response.session.session_id
 
 

@@ -3,9 +3,7 @@
 import threading
 from typing import Any, List, Optional
 
-import grpc
-
-from pliant import arrays, diff, errors, quality, replica, stream
+from pliant import arrays, calls, diff, errors, quality, replica, stream
 from pliant import metric as metrics
 from pliant import options as opts
 from pliant.v1 import edit_pb2, metric_pb2, session_pb2
@@ -122,7 +120,7 @@ class Session:
 
     def quality(self) -> quality.Quality:
         """Measures the mesh of the current revision against the metric that it follows."""
-        response = call(self._stub.GetQuality,
+        response = calls.call(self._stub.GetQuality,
                         session_pb2.GetQualityRequest(session_id=self._session_id))
         return quality.from_wire(response.quality)
 
@@ -132,17 +130,18 @@ class Session:
         `mesh` is the same, bit for bit, and costs nothing; this is for checks.
         """
         blobs, fresh = arrays.BlobReceiver(), replica.Replica()
-        try:
-            for response in self._stub.GetMesh(
-                    session_pb2.GetMeshRequest(session_id=self._session_id)):
-                if response.WhichOneof("message") == "chunk":
-                    blobs.add(response.chunk)
-                else:
-                    fresh.apply(replica.change_from_wire(response.snapshot, blobs,
-                                                         is_snapshot=True))
-        except grpc.RpcError as error:
-            raise errors.from_rpc(error) from None
-        return fresh.view()
+        request = session_pb2.GetMeshRequest(session_id=self._session_id)
+        get_mesh = self._stub.GetMesh
+        answers = calls.Receiver(lambda: get_mesh(request))
+        while True:
+            try:
+                response = answers.next()
+            except StopIteration:
+                return fresh.view()
+            if response.WhichOneof("message") == "chunk":
+                blobs.add(response.chunk)
+            else:
+                fresh.apply(replica.change_from_wire(response.snapshot, blobs, is_snapshot=True))
 
     def delete(self) -> None:
         """Ends the session and frees what the server holds of it. Again: does nothing."""
@@ -150,7 +149,7 @@ class Session:
             if self._is_deleted:
                 return
             self.close()
-            call(self._stub.DeleteSession,
+            calls.call(self._stub.DeleteSession,
                  session_pb2.DeleteSessionRequest(session_id=self._session_id))
             self._is_deleted = True
 
@@ -264,11 +263,3 @@ class Session:
             self._last_update_id += 1
             self._run_once([(self._last_update_id, "discard", lambda _: edit_pb2.Discard())])
         self._must_discard = False
-
-
-def call(method, request, **options):
-    """A unary call; raises an Error instead of a grpc.RpcError."""
-    try:
-        return method(request, **options)
-    except grpc.RpcError as error:
-        raise errors.from_rpc(error) from None

@@ -4,12 +4,10 @@ Used by `Session` under its lock; nothing here is public.
 """
 
 import queue
-import threading
 import time
 
-import grpc
 
-from pliant import arrays, errors, replica
+from pliant import arrays, calls, errors, replica
 from pliant.v1 import edit_pb2
 
 # How long a session may still be busy with the connection that this client has just lost.
@@ -31,7 +29,8 @@ class EditStream:
         self._blobs = arrays.BlobReceiver()
         self._closing = None
         self._requests = queue.SimpleQueue()
-        self._call = stub.Edit(iter(self._requests.get, None))
+        requests = iter(self._requests.get, None)
+        self._call = calls.Receiver(lambda: stub.Edit(requests))
         self._requests.put(edit_pb2.EditRequest(open=edit_pb2.OpenEdit(
             session_id=session_id, mirror_revision=mirror.revision)))
         try:
@@ -66,12 +65,12 @@ class EditStream:
         """The next message that is neither a chunk nor a farewell; diffs are applied."""
         while True:
             try:
-                response = next(self._call)
+                response = self._call.next()
             except StopIteration:
                 raise self._closing or errors.Unavailable(
                     "UNAVAILABLE", "the server ended the stream") from None
-            except grpc.RpcError as error:
-                raise self._closing or errors.from_rpc(error) from None
+            except errors.Error as error:
+                raise self._closing or error from None
             event = response.WhichOneof("event")
             if event == "chunk":
                 self._blobs.add(response.chunk)
@@ -90,16 +89,12 @@ class EditStream:
     def close(self):
         """Ends the call and waits until the server has let go of the session."""
         self._requests.put(None)
-        timer = threading.Timer(_CLOSE_S_MAX, self._call.cancel)
-        timer.daemon = True
-        timer.start()
+        deadline = time.monotonic() + _CLOSE_S_MAX
         try:
-            for _ in self._call:
-                pass
-        except grpc.RpcError:
-            pass
-        finally:
-            timer.cancel()
+            while True:
+                self._call.next(max(0, deadline - time.monotonic()))
+        except (StopIteration, TimeoutError, errors.Error):
+            self._call.cancel()
 
     def cancel(self):
         """Ends the call at once, whatever it is doing."""

@@ -115,6 +115,7 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
         self.deleted = False
         self.staged_count = self.discard_count = 0
         self.is_hanging = threading.Event()
+        self.editor = threading.Lock()
 
     def CreateSession(self, request_iterator, context):
         blobs = {}
@@ -136,6 +137,11 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
         return session_pb2.DeleteSessionResponse(revision=self.revision)
 
     def Edit(self, request_iterator, context):
+        # A client that comes again may be faster than the end of its old call.
+        with self.editor:
+            yield from self.edit(request_iterator, context)
+
+    def edit(self, request_iterator, context):
         for request in request_iterator:
             command = request.WhichOneof("command")
             if command == "open":
@@ -158,9 +164,9 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
             context.abort(grpc.StatusCode.UNAVAILABLE, "connection reset")
         if fault == "hang":
             left = threading.Event()
-            context.add_callback(left.set)
-            self.is_hanging.set()
-            left.wait()
+            if context.add_callback(left.set):
+                self.is_hanging.set()
+                left.wait()
             return
         self.staged_count = 0
         base, self.revision = self.revision, self.revision + 1

@@ -3,6 +3,7 @@
 import os
 import random
 import signal
+import sys
 import threading
 
 import grpc
@@ -154,6 +155,49 @@ def test_an_interrupt_leaves_a_session_that_works(start):
     assert session.advance().revision == 2
     assert service.discard_count == 1
     check_view(session.mesh, meshes[1])
+
+
+# Goal: Ctrl-C at the worst moment, while grpcio holds a lock of the whole channel, hangs nothing.
+# Method: a profiler of the main thread raises KeyboardInterrupt between the taking of a lock by
+# grpcio and its `with` block; as a client should give it no such moment, a signal comes later.
+def test_an_interrupt_breaks_no_other_call(start):
+    service = FakeService(list(random_meshes(2)), faults=[None, "hang"])
+    session = start(service)
+    has_struck = threading.Event()
+
+    def strike(frame, event, _):
+        caller = frame.f_back
+        if (event == "return" and frame.f_code is threading.Condition.__enter__.__code__
+                and f"{os.sep}grpc{os.sep}" in caller.f_code.co_filename
+                and caller.f_code.co_name != "__del__"):  # Exceptions do not leave that.
+            sys.setprofile(None)
+            has_struck.set()
+            raise KeyboardInterrupt
+
+    def interrupt():
+        if service.is_hanging.wait(10) and not has_struck.is_set():
+            os.kill(os.getpid(), signal.SIGINT)
+
+    def give_up(*_):
+        raise TimeoutError("the session hangs after an interrupt")
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    sys.setprofile(strike)
+    with pytest.raises(KeyboardInterrupt):
+        session.update_metric(pliant.metric.size(2))
+    sys.setprofile(None)
+    service.is_hanging.set()
+    old_handler = signal.signal(signal.SIGALRM, give_up)
+    signal.setitimer(signal.ITIMER_REAL, 10)
+    try:
+        service.faults.clear()
+        session.advance()
+        assert session.revision == service.revision
+    finally:
+        signal.setitimer(signal.ITIMER_REAL, 0)
+        signal.signal(signal.SIGALRM, old_handler)
+        thread.join()
 
 
 def test_what_is_staged_survives_a_lost_connection(start):
