@@ -43,6 +43,18 @@ std::string DescribeValues(const Values&... values) {
     }                                                                                 \
   } while (false)
 
+namespace pliant {
+
+/// Builds with PLIANT_VALIDATE_EVERY check the mesh around every operation and the ages of nodes
+/// at every visit; the rest of the program is the same.
+#ifdef PLIANT_VALIDATE_EVERY
+inline constexpr bool kValidateEvery = true;
+#else
+inline constexpr bool kValidateEvery = false;
+#endif
+
+}  // namespace pliant
+
 /// As PLIANT_CHECK, but only in builds without NDEBUG: for checks inside the hot loops.
 #ifdef NDEBUG
 #define PLIANT_DCHECK(condition, ...) \

@@ -54,6 +54,7 @@ void MeshEdit::Fix(VertexId vertex) {
 
 void MeshEdit::MoveVertex(VertexId vertex, Vec2 position) {
   TouchVertex(vertex).position = position;
+  CheckAfter(vertex);
 }
 
 void MeshEdit::SlideVertex(VertexId vertex, double t) {
@@ -64,6 +65,7 @@ void MeshEdit::SlideVertex(VertexId vertex, double t) {
   TouchEdge(before).parameters[1] = t;
   TouchEdge(after).parameters[0] = t;
   TouchVertex(vertex).position = mesh_.PointOnSegment(mesh_.edge(before).segment, t);
+  CheckAfter(vertex);
 }
 
 void MeshEdit::SetMetric(VertexId vertex, const Metric& metric) {
@@ -112,6 +114,7 @@ void MeshEdit::SwapEdge(Side side) {
   if (mesh_.vertex(b).triangle == t_id) TouchVertex(b).triangle = u_id;
   if (t.constrained != 0) PointEdgesAt(t_id);
   if (u.constrained != 0) PointEdgesAt(u_id);
+  CheckAfter(std::array{t_id, u_id});
 }
 
 VertexId MeshEdit::SplitEdge(Side side, Vec2 position, double t_on_segment) {
@@ -170,6 +173,8 @@ VertexId MeshEdit::SplitEdge(Side side, Vec2 position, double t_on_segment) {
   for (const TriangleId id : {t_id, t2_id, u_id, u2_id}) {
     if (id.valid() && mesh_.triangle(id).constrained != 0) PointEdgesAt(id);
   }
+  edges_ahead_ = false;
+  CheckAfter(m);
   return m;
 }
 
@@ -200,6 +205,8 @@ void MeshEdit::ReplaceCavity(std::span<const TriangleId> cavity,
     PointVerticesAt(id);
     if (mesh_.triangle(id).constrained != 0) PointEdgesAt(id);
   }
+  edges_ahead_ = false;
+  CheckAfter(slots);
 }
 
 std::vector<MeshEdit::OuterSide> MeshEdit::OuterSidesOf(std::span<const TriangleId> cavity) const {
@@ -285,6 +292,7 @@ EdgeId MeshEdit::TakeEdge() {
 }
 
 EdgeId MeshEdit::MergeEdges(VertexId vertex) {
+  edges_ahead_ = true;
   const auto [before, after] = mesh_.SegmentEdges(vertex);
   const VertexId far = mesh_.edge(after).vertices[1];
   UnlinkEdge(before, vertex);
@@ -300,6 +308,7 @@ EdgeId MeshEdit::MergeEdges(VertexId vertex) {
 }
 
 void MeshEdit::SplitConstrainedEdge(EdgeId edge, VertexId vertex, double t) {
+  edges_ahead_ = true;
   const EdgeId rest = TakeEdge();
   const VertexId far = mesh_.edge(edge).vertices[1];
   UnlinkEdge(edge, far);

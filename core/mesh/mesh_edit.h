@@ -10,6 +10,7 @@
 #include "core/mesh/change_log.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_diff.h"
+#include "core/mesh/validate_local.h"
 #include "core/metric/metric.h"
 
 namespace pliant {
@@ -169,6 +170,15 @@ class MeshEdit {
   [[nodiscard]] std::vector<OuterSide> OuterSidesOf(std::span<const TriangleId> cavity) const;
   void LinkSides(std::span<const OpenSide> open, std::span<const OuterSide> outer);
 
+  /// The check after an operation, unless a constrained edge was changed whose triangles are about
+  /// to follow by ReplaceCavity.
+  template <class Touched>
+  void CheckAfter(const Touched& touched) const {
+    if constexpr (kValidateEvery) {
+      if (!edges_ahead_) CheckOperation(mesh_, touched);
+    }
+  }
+
   void LinkEdge(EdgeId id);
   void UnlinkEdge(EdgeId id, VertexId vertex);
   void SetNeighbor(TriangleId triangle, TriangleId from, TriangleId to);
@@ -186,6 +196,7 @@ class MeshEdit {
   ChangeLog log_;
   MeshSummary summary_;
   Revision committed_ = Revision::kNone;
+  bool edges_ahead_ = false;  // Of their triangles: see CheckAfter.
 };
 
 }  // namespace pliant

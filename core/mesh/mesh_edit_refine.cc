@@ -234,6 +234,14 @@ void MeshEdit::Refine(std::span<const EdgeSplit> splits, std::span<const Triangl
     SplitConstrainedEdge(mesh_.FindEdge(edge.from, edge.to), edge.middle, edge.t);
   }
   for (const TriangleId id : refined.constrained) PointEdgesAt(id);
+  edges_ahead_ = false;
+  if constexpr (kValidateEvery) {
+    std::vector<TriangleId> all;
+    for (std::size_t t = 0; t < mesh_.triangles_.size(); ++t) {
+      all.push_back(TriangleId::FromIndex(t));
+    }
+    CheckAfter(all);
+  }
 }
 
 }  // namespace pliant

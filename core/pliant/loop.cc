@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <string>
 #include <utility>
 
 #include "core/geometry/predicates.h"
@@ -55,6 +56,7 @@ void PliantLoop::BeginUpdate(const LoopSettings& settings) {
 StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
   std::int64_t visits = 0;
   const bool paper = options_.variant == Variant::kPaper;
+  if constexpr (kValidateEvery) audit_.Sync(mesh_);
   while (!state_.queue.empty()) {
     if (visits >= budget.visits_max) return StopReason::kVisitBudget;
     if (budget.cancel != nullptr && visits % kVisitsBetweenPolls == 0 &&
@@ -67,7 +69,11 @@ StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
     }
     const VertexId node = paper ? state_.queue.PopRandom(state_.rng) : state_.queue.PopFirst();
     if (!mesh_.IsLive(node) || !mesh_.vertex(node).visit.active) continue;
-    VisitNode(field, node);
+    if constexpr (kValidateEvery) {
+      VisitAudited(field, node);
+    } else {
+      VisitNode(field, node);
+    }
     ++visits;
     ++state_.counts.visits;
     ++state_.visits_in_update;
@@ -161,6 +167,17 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
   const double speed = options_.permissions.move ? Move(field, heat.alpha) : 0;
   if (options_.permissions.swap && Swap()) star_.Gather(mesh_, node);
   FinishVisit(field, node, heat, speed);
+}
+
+void PliantLoop::VisitAudited(const MetricField& field, VertexId node) {
+  if (options_.variant == Variant::kPaper) {  // Has no ages.
+    VisitNode(field, node);
+    return;
+  }
+  audit_.Begin(mesh_, node, state_.epoch);
+  VisitNode(field, node);
+  const std::string fault = audit_.End(mesh_);
+  PLIANT_CHECK(fault.empty(), "fault", fault);
 }
 
 void PliantLoop::FinishVisit(const MetricField& field, VertexId node, const Heat& heat,

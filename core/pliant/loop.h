@@ -11,6 +11,7 @@
 #include "core/pliant/node_queue.h"
 #include "core/pliant/options.h"
 #include "core/pliant/patch.h"
+#include "core/pliant/visit_audit.h"
 
 namespace pliant {
 
@@ -118,6 +119,8 @@ class PliantLoop {
   void PushRing(const Star& star, int hop);
 
   void VisitNode(const MetricField& field, VertexId node);
+  /// VisitNode under the eyes of a VisitAudit.
+  void VisitAudited(const MetricField& field, VertexId node);
   void VisitGiven(const MetricField& field, VertexId node, const Heat& heat);
   /// The visit of an interior node with few neighbours, by columns: the same operations as the
   /// general one in the same order, and the same bits.
@@ -150,6 +153,7 @@ class PliantLoop {
   Star star_;
   Patch patch_;
   State state_;
+  VisitAudit audit_;  // Idle unless kValidateEvery.
 };
 
 }  // namespace pliant

@@ -12,7 +12,9 @@
 #include "core/base/rng.h"
 #include "core/delaunay/triangulate.h"
 #include "core/geometry/predicates.h"
+#include "core/mesh/validate.h"
 #include "core/metric/function_field.h"
+#include "tests/support/mesh_testing.h"
 
 namespace pliant::testing {
 namespace {
@@ -311,6 +313,34 @@ double Complexity(const RandomCase& of, const MetricPlan& plan, Rng& rng) {
 }  // namespace
 
 RandomCase MakeRandomCase(std::uint64_t seed) { return DomainMaker(seed).Make(); }
+
+std::string FaultsAgainst(const RandomCase& expected, const Mesh& mesh) {
+  std::ostringstream faults;
+  faults.precision(17);
+  faults << Faults(mesh);
+  const double slack = 1e-12 * expected.extent;
+  const auto compare = [&](const char* what, std::int32_t tag, double is, double wanted,
+                           double allowed) {
+    if (std::fabs(is - wanted) <= allowed) return;
+    faults << what << ' ' << tag << " is " << is << ", must be " << wanted << '\n';
+  };
+  const auto compare_all = [&](const char* what, const std::map<std::int32_t, double>& are,
+                               const std::map<std::int32_t, double>& wanted, double allowed) {
+    if (are.size() != wanted.size()) faults << are.size() << ' ' << what << "s\n";
+    for (const auto& [tag, value] : wanted) {
+      compare(what, tag, are.contains(tag) ? are.at(tag) : 0, value, allowed);
+    }
+  };
+  compare("area", 0, Area(mesh), expected.area, slack * expected.extent);
+  compare_all("region area", RegionAreas(mesh), expected.region_areas, slack * expected.extent);
+  compare_all("segment length", TagLengths(mesh), expected.tag_lengths, slack);
+  for (std::size_t i = 0; i < expected.domain.points.size(); ++i) {
+    const VertexId id = VertexId::FromIndex(i);
+    if (mesh.IsLive(id) && mesh.position(id) == expected.domain.points[i]) continue;
+    faults << "point " << i << " is gone or has moved\n";
+  }
+  return faults.str();
+}
 
 std::unique_ptr<MetricField> RandomMetric(const RandomCase& of, double node_count,
                                           std::uint64_t seed, std::string* description) {

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/geometry/domain.h"
+#include "core/mesh/mesh.h"
 #include "core/metric/metric_field.h"
 
 namespace pliant::testing {
@@ -26,6 +27,11 @@ struct RandomCase {
 /// lie in lattices, clusters with gaps down to 1e-6, or anywhere. The same seed gives the same
 /// domain everywhere.
 [[nodiscard]] RandomCase MakeRandomCase(std::uint64_t seed);
+
+/// What a mesh does not keep of the case's domain: validity, area, regions, segments with their
+/// tags, given points bit for bit. Empty if it keeps all. The points must have their own numbers as
+/// slots.
+[[nodiscard]] std::string FaultsAgainst(const RandomCase& expected, const Mesh& mesh);
 
 /// A metric that asks for about `node_count` nodes or fewer of the case's domain: constant, smooth,
 /// with a jump, a checkerboard, or around a point; aspect ratios to 1e4.
