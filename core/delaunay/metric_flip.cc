@@ -104,6 +104,7 @@ int MetricFlipper::SwappableCorner(const Entry& entry) const {
   if (!WantsSwap(b.position, p.position, a.position, q.position, mean)) return -1;
   if (Orient2d(p.position, a.position, q.position) <= 0) return -1;
   if (Orient2d(q.position, b.position, p.position) <= 0) return -1;
+  if (!edit_.Owns(mesh_.triangle(other).vertices[far])) return -1;
   return corner;
 }
 

@@ -91,7 +91,8 @@ TriangleLocator::TriangleLocator(std::vector<Vec2> points,
     : points_(std::move(points)),
       triangles_(std::move(triangles)),
       neighbors_(FindNeighbors(triangles_, static_cast<std::int32_t>(points_.size()))),
-      lowest_triangle_(points_.size(), -1) {
+      lowest_triangle_(points_.size(), -1),
+      tree_(std::make_unique<Lazy<BoxTree>>()) {
   PLIANT_CHECK(!triangles_.empty());
   for (std::size_t t = triangles_.size(); t-- > 0;) {
     for (std::int32_t corner : triangles_[t]) {
@@ -175,7 +176,7 @@ Location TriangleLocator::Search(Vec2 p) const {
 }
 
 const BoxTree& TriangleLocator::Tree() const {
-  if (tree_.empty()) {
+  return tree_->Get([this] {
     std::vector<BoundingBox> boxes;
     boxes.reserve(triangles_.size());
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
@@ -183,9 +184,8 @@ const BoxTree& TriangleLocator::Tree() const {
       boxes.push_back({{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y})},
                        {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y})}});
     }
-    tree_ = BoxTree(boxes);
-  }
-  return tree_;
+    return BoxTree(boxes);
+  });
 }
 
 std::array<Vec2, 3> TriangleLocator::Corners(std::int32_t t) const {

@@ -2,9 +2,11 @@
 
 #include <array>
 #include <cstdint>
+#include <memory>
 #include <span>
 #include <vector>
 
+#include "core/base/lazy.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/vec2.h"
 
@@ -24,7 +26,7 @@ struct Location {
 /// on earlier questions. A point on an edge or a vertex belongs to the lowest triangle there, and
 /// the weights of the corners off that edge or vertex are exactly 0. A point outside gets the
 /// nearest point of the triangulation, and among equally near triangles the lowest.
-/// *Threads*: one at a time per object: the tree is built at the first question that needs it.
+/// *Threads*: as many as you like.
 class TriangleLocator {
  public:
   /// Takes the arrays, and derives the rest in O(n log n).
@@ -67,7 +69,7 @@ class TriangleLocator {
   std::vector<std::array<std::int32_t, 3>> triangles_;
   std::vector<std::array<std::int32_t, 3>> neighbors_;
   std::vector<std::int32_t> lowest_triangle_;  ///< Of each point; -1 for a point of no triangle.
-  mutable BoxTree tree_;                       ///< Empty until the first question that needs it.
+  std::unique_ptr<Lazy<BoxTree>> tree_;        ///< Made at the first question that needs it.
 };
 
 /// For each triangle, the triangles across the sides opposite its corners; -1 where there is none.

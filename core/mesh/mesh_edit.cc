@@ -258,34 +258,64 @@ void MeshEdit::LinkSides(std::span<const OpenSide> open, std::span<const OuterSi
 
 void MeshEdit::RemoveVertex(VertexId vertex) {
   PLIANT_CHECK(!mesh_.vertex(vertex).edge.valid(), "vertex", vertex);
-  Bury(TouchVertex(vertex), vertex.value(), mesh_.vertex_allocator_);
+  Bury(TouchVertex(vertex), vertex.value(), vertex_allocator());
 }
 
 void MeshEdit::FreeTriangle(TriangleId id) {
-  Bury(TouchTriangle(id), id.value(), mesh_.triangle_allocator_);
+  Bury(TouchTriangle(id), id.value(), triangle_allocator());
 }
 
-void MeshEdit::FreeEdge(EdgeId id) { Bury(TouchEdge(id), id.value(), mesh_.edge_allocator_); }
+void MeshEdit::FreeEdge(EdgeId id) { Bury(TouchEdge(id), id.value(), edge_allocator()); }
 
 VertexId MeshEdit::TakeVertex() {
-  const VertexId id(mesh_.vertex_allocator_.Take());
+  const VertexId id(vertex_allocator().Take());
   if (id.index() == mesh_.vertices_.size()) {
     mesh_.vertices_.emplace_back();
     mesh_.hints_.push_back(kNoHint);
   }
+  if (territory_ != nullptr) territory_->Settle(id);
   TouchVertex(id).live = true;
   return id;
 }
 
+void MeshEdit::LendSlots(std::span<Territory> territories, const SlotCounts& counts) {
+  PLIANT_CHECK(!logging() && territory_ == nullptr);
+  for (Territory& territory : territories) {
+    territory.slots = {mesh_.vertex_allocator_.Lend(counts.vertices),
+                       mesh_.triangle_allocator_.Lend(counts.triangles),
+                       mesh_.edge_allocator_.Lend(counts.edges)};
+  }
+  mesh_.vertices_.resize(static_cast<std::size_t>(mesh_.vertex_slots()));
+  mesh_.hints_.resize(mesh_.vertices_.size(), kNoHint);
+  mesh_.triangles_.resize(static_cast<std::size_t>(mesh_.triangle_slots()));
+  mesh_.edges_.resize(static_cast<std::size_t>(mesh_.edge_slots()));
+}
+
+void MeshEdit::CountLent(std::span<Territory> territories) {
+  for (Territory& territory : territories) {
+    mesh_.vertex_allocator_.CountFrom(territory.slots.vertices);
+    mesh_.triangle_allocator_.CountFrom(territory.slots.triangles);
+    mesh_.edge_allocator_.CountFrom(territory.slots.edges);
+  }
+}
+
+void MeshEdit::ReturnSlots(std::span<Territory> territories) {
+  for (Territory& territory : territories) {
+    mesh_.vertex_allocator_.ReturnFrom(std::move(territory.slots.vertices));
+    mesh_.triangle_allocator_.ReturnFrom(std::move(territory.slots.triangles));
+    mesh_.edge_allocator_.ReturnFrom(std::move(territory.slots.edges));
+  }
+}
+
 TriangleId MeshEdit::TakeTriangle() {
-  const TriangleId id(mesh_.triangle_allocator_.Take());
+  const TriangleId id(triangle_allocator().Take());
   if (id.index() == mesh_.triangles_.size()) mesh_.triangles_.emplace_back();
   TouchTriangle(id).live = true;
   return id;
 }
 
 EdgeId MeshEdit::TakeEdge() {
-  const EdgeId id(mesh_.edge_allocator_.Take());
+  const EdgeId id(edge_allocator().Take());
   if (id.index() == mesh_.edges_.size()) mesh_.edges_.emplace_back();
   TouchEdge(id).live = true;
   return id;

@@ -10,6 +10,7 @@
 #include "core/mesh/change_log.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_diff.h"
+#include "core/mesh/territory.h"
 #include "core/mesh/validate_local.h"
 #include "core/metric/metric.h"
 
@@ -42,16 +43,44 @@ struct NewEdge {
   std::int32_t segment = -1;
 };
 
+/// Numbers of slots.
+struct SlotCounts {
+  std::int32_t vertices = 0;
+  std::int32_t triangles = 0;
+  std::int32_t edges = 0;
+};
+
 /// The one way to change a mesh. Keeps connectivity, edge lists and slots consistent and writes the
 /// change log; does not judge geometry: callers test orientation first.
 ///
 /// *Invariants*: after every call the mesh is consistent in everything but orientation; between
 /// commits the log holds each touched element's state at the last commit. Before the first commit
 /// nothing is logged, because there is nothing to go back to.
-/// *Threads*: one caller at a time.
+/// *Threads*: one caller at a time; between LendSlots and ReturnSlots, one for each territory.
 class MeshEdit {
  public:
   explicit MeshEdit(Mesh& mesh) : mesh_(mesh) {}
+
+  /// One of several that change the same mesh at the same time, each within its territory, which
+  /// must have slots lent by LendSlots and outlive this. Neither logs nor commits.
+  MeshEdit(Mesh& mesh, Territory& territory) : mesh_(mesh), territory_(&territory) {}
+
+  /// Prepares for writers beside each other: each of the territories gets this many slots of its
+  /// own. @pre nothing was committed
+  void LendSlots(std::span<Territory> territories, const SlotCounts& counts);
+  /// Brings the counts of live elements up to date while slots are lent and no writer is at work.
+  void CountLent(std::span<Territory> territories);
+  /// Ends what LendSlots began. Slots that nobody took are free from now on.
+  void ReturnSlots(std::span<Territory> territories);
+
+  /// True if this may change edges at the vertex: always, but within a territory.
+  [[nodiscard]] bool Owns(VertexId vertex) const {
+    return territory_ == nullptr || territory_->Owns(vertex);
+  }
+  /// The territory that this works within; null if it may change everything.
+  [[nodiscard]] const Territory* territory() const { return territory_; }
+  /// The mesh, for another editor of it.
+  [[nodiscard]] Mesh& mesh_to_share() { return mesh_; }
 
   /// Sets up a mesh from nothing: vertices with their positions, triangles with corners and
   /// regions, constrained edges, segments. Finds neighbours and pinched vertices; Fix must follow
@@ -147,6 +176,15 @@ class MeshEdit {
     return record;
   }
   [[nodiscard]] bool logging() const { return committed_ != Revision::kNone; }
+  [[nodiscard]] SlotAllocator& vertex_allocator() {
+    return territory_ == nullptr ? mesh_.vertex_allocator_ : territory_->slots.vertices;
+  }
+  [[nodiscard]] SlotAllocator& triangle_allocator() {
+    return territory_ == nullptr ? mesh_.triangle_allocator_ : territory_->slots.triangles;
+  }
+  [[nodiscard]] SlotAllocator& edge_allocator() {
+    return territory_ == nullptr ? mesh_.edge_allocator_ : territory_->slots.edges;
+  }
   VertexId TakeVertex();
   TriangleId TakeTriangle();
   EdgeId TakeEdge();
@@ -193,6 +231,7 @@ class MeshEdit {
   void FoldEdges(MeshDiff& diff);
 
   Mesh& mesh_;
+  Territory* territory_ = nullptr;
   ChangeLog log_;
   MeshSummary summary_;
   Revision committed_ = Revision::kNone;

@@ -18,7 +18,7 @@ namespace pliant {
 ///
 /// Sizes in between are geometric means, so no bound that the vertices keep is broken, and the
 /// metric is continuous across edges. Outside, the value at the nearest point holds.
-/// *Invariants*: those of MetricField. *Threads*: one at a time.
+/// *Invariants*: those of MetricField. *Threads*: those of MetricField.
 class BackgroundField final : public MetricField {
  public:
   /// Checks mesh and tensors, and bounds the tensors. Errors: those of MakeMetricField.

@@ -95,12 +95,21 @@ class SizeField final : public ExpressionField {
 
 Metric ExpressionField::At(Vec2 p, std::int32_t& /*hint*/) const {
   if (const std::optional<Metric> metric = Evaluate(p)) return *metric;
-  if (!error_) error_ = Describe(p);
+  Remember(p);
   return settings_.fallback;
 }
 
+void ExpressionField::Remember(Vec2 p) const {
+  while (busy_.test_and_set(std::memory_order_acquire)) {
+  }
+  const bool is_lower =
+      !failed_at_ || p.x < failed_at_->x || (p.x == failed_at_->x && p.y < failed_at_->y);
+  if (is_lower) failed_at_ = p;
+  busy_.clear(std::memory_order_release);
+}
+
 Status ExpressionField::status() const {
-  if (error_) return *error_;
+  if (failed_at_) return Describe(*failed_at_);
   return {};
 }
 

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <atomic>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -13,8 +14,8 @@
 
 namespace pliant {
 
-/// What the fields by expression share: the time, the bounds, and the rule that the first point
-/// without a usable value is remembered.
+/// What the fields by expression share: the time, the bounds, and the rule that a point without a
+/// usable value is remembered: the lowest by x, then y, so that the order of questions has no say.
 class ExpressionField : public MetricField {
  public:
   struct Settings {
@@ -28,7 +29,7 @@ class ExpressionField : public MetricField {
   [[nodiscard]] Status status() const final;
 
   /// Forgets the error, after a trial at points that may lie outside the domain.
-  void ClearStatus() { error_.reset(); }
+  void ClearStatus() { failed_at_.reset(); }
 
  protected:
   explicit ExpressionField(const Settings& settings) : settings_(settings) {}
@@ -41,8 +42,11 @@ class ExpressionField : public MetricField {
   /// What is wrong at p, where Evaluate returned nothing.
   [[nodiscard]] virtual Error Describe(Vec2 p) const = 0;
 
+  void Remember(Vec2 p) const;
+
   Settings settings_;
-  mutable std::optional<Error> error_;
+  mutable std::atomic_flag busy_;  // Guards what follows while `At` runs in several threads.
+  mutable std::optional<Vec2> failed_at_;
 };
 
 /// Parses the three expressions; errors name "metric.m11", "metric.m12" or "metric.m22".

@@ -13,7 +13,7 @@ namespace pliant {
 ///
 /// *Invariants*: pure; the same point and any hint give the same bits, so that the order of
 /// questions cannot change a mesh. Every answer is positive definite.
-/// *Threads*: one thread at a time per object (an expression evaluator keeps scratch space).
+/// *Threads*: `At` from as many as you like; the rest, one caller at a time and no `At` meanwhile.
 class MetricField {
  public:
   virtual ~MetricField() = default;
@@ -25,10 +25,10 @@ class MetricField {
   /// @param hint  where the last search near p ended, kNoHint at first; only ever a speed-up.
   [[nodiscard]] virtual Metric At(Vec2 p, std::int32_t& hint) const = 0;
 
-  /// The first question since the field was made that it had no usable answer to: an expression
-  /// that is NaN or not positive definite at a point of the domain (kExpressionValue, the point in
-  /// the message). `At` answered it with some valid metric all the same; whoever asked must throw
-  /// away what was built from it.
+  /// A question since the field was made that it had no usable answer to: an expression that is
+  /// NaN or not positive definite at a point of the domain (kExpressionValue, the point in the
+  /// message); of several, the one at the lowest x, then y, whatever their order. `At` answered
+  /// it with some valid metric all the same; whoever asked must throw away what was built from it.
   [[nodiscard]] virtual Status status() const { return {}; }
 
   static constexpr std::int32_t kNoHint = -1;

@@ -16,7 +16,7 @@ namespace pliant {
 ///
 /// *Invariants*: those of MetricField. The topmost layer that holds a point decides; where none
 /// does, the field below.
-/// *Threads*: one at a time.
+/// *Threads*: those of MetricField.
 class OverlayField final : public MetricField {
  public:
   /// `below` with one layer more. Layers are shared, so that an older field stays as it is.

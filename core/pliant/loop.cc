@@ -28,6 +28,17 @@ constexpr int kVisitsOfTired = 2;
 
 }  // namespace
 
+LoopCounts& LoopCounts::operator+=(const LoopCounts& other) {
+  visits += other.visits;
+  moves += other.moves;
+  insertions += other.insertions;
+  deletions += other.deletions;
+  swaps += other.swaps;
+  cooled += other.cooled;
+  refused_at_limit += other.refused_at_limit;
+  return *this;
+}
+
 LoopSettings SettingsOf(const Options& options) {
   const bool paper = options.variant == Variant::kPaper;
   LoopSettings settings;
@@ -69,6 +80,10 @@ StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
     }
     const VertexId node = paper ? state_.queue.PopRandom(state_.rng) : state_.queue.PopFirst();
     if (!mesh_.IsLive(node) || !mesh_.vertex(node).visit.active) continue;
+    if (edit_.territory() != nullptr && !MayVisit(*edit_.territory(), node)) {
+      aside_.push_back(node);
+      continue;
+    }
     if constexpr (kValidateEvery) {
       VisitAudited(field, node);
     } else {
@@ -79,6 +94,40 @@ StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
     ++state_.visits_in_update;
   }
   return state_.counts.refused_at_limit > 0 ? StopReason::kVertexLimit : StopReason::kConverged;
+}
+
+void PliantLoop::Join(const PliantLoop& other) {
+  state_.epoch = other.state_.epoch;
+  state_.settings = other.state_.settings;
+}
+
+void PliantLoop::TakeOver(std::span<const VertexId> nodes) {
+  for (const VertexId node : nodes) state_.queue.Push(node);
+}
+
+std::vector<VertexId> PliantLoop::HandOver() {
+  std::vector<VertexId> nodes = state_.queue.TakeAll();
+  nodes.insert(nodes.end(), aside_.begin(), aside_.end());
+  aside_.clear();
+  return nodes;
+}
+
+void PliantLoop::Add(const LoopCounts& counts) {
+  state_.counts += counts;
+  state_.visits_in_update += counts.visits;
+}
+
+bool PliantLoop::MayVisit(const Territory& territory, VertexId node) {
+  if (!territory.HasRoom() || !territory.Owns(node)) return false;
+  const auto owns = [&](VertexId vertex) { return territory.Owns(vertex); };
+  if (!mesh_.vertex(node).pinched) {
+    star_.Gather(mesh_, node);
+    return std::ranges::all_of(star_.ring(), owns);
+  }
+  return std::ranges::all_of(FansOf(mesh_, node), [&](TriangleId fan) {
+    star_.Gather(mesh_, node, fan);
+    return std::ranges::all_of(star_.ring(), owns);
+  });
 }
 
 void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
@@ -113,12 +162,41 @@ VisitState PliantLoop::CurrentVisit(VertexId node) const {
 }
 
 void PliantLoop::Wake(VertexId node) {
+  if (MarkAwake(node)) state_.queue.Push(node);
+}
+
+bool PliantLoop::MarkAwake(VertexId node) {
   VisitState visit = CurrentVisit(node);
+  const bool enters = !visit.active;
   visit.age = 0;
+  visit.hop = 0;
   visit.cold = false;
   visit.tired = false;
+  visit.active = true;
   if (!(visit == mesh_.vertex(node).visit)) edit_.Visit(node) = visit;
-  Push(node, 0);
+  return enters;
+}
+
+void PliantLoop::WakeAll(const MetricField& field, Executor& executor) {
+  const Chunks chunks(mesh_.vertex_slots());
+  struct Woken {
+    std::vector<VertexId> old_nodes;
+    std::vector<VertexId> new_nodes;
+  };
+  std::vector<Woken> woken(static_cast<std::size_t>(chunks.count()));
+  executor.Run(chunks.count(), [&](std::int32_t chunk) {
+    Woken& nodes = woken[static_cast<std::size_t>(chunk)];
+    for (std::int64_t v = chunks.begin(chunk); v < chunks.end(chunk); ++v) {
+      const VertexId node(static_cast<std::int32_t>(v));
+      const VertexRecord& record = mesh_.vertex(node);
+      if (!record.live) continue;
+      const bool is_new = record.visit.epoch == 0;
+      RefreshMetric(field, node);
+      if (MarkAwake(node)) (is_new ? nodes.new_nodes : nodes.old_nodes).push_back(node);
+    }
+  });
+  for (const Woken& nodes : woken) TakeOver(nodes.old_nodes);
+  for (const Woken& nodes : woken) TakeOver(nodes.new_nodes);
 }
 
 void PliantLoop::Push(VertexId node, int hop) {
@@ -159,7 +237,7 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
     VisitGiven(field, node, heat);
     return;
   }
-  star_.Gather(mesh_, node);
+  if (edit_.territory() == nullptr) star_.Gather(mesh_, node);  // Otherwise MayVisit has.
   if (UsesPatch(node)) {
     VisitPatch(field, heat);
     return;

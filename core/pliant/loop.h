@@ -1,7 +1,10 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
+#include <vector>
 
+#include "core/base/executor.h"
 #include "core/base/rng.h"
 #include "core/delaunay/metric_flip.h"
 #include "core/mesh/mesh_edit.h"
@@ -36,6 +39,7 @@ struct LoopCounts {
   /// Insertions refused at Options::vertices_max.
   std::int64_t refused_at_limit = 0;
 
+  LoopCounts& operator+=(const LoopCounts& other);
   friend bool operator==(const LoopCounts&, const LoopCounts&) = default;
 };
 
@@ -61,6 +65,8 @@ struct LoopSettings {
 ///
 /// *Invariants*: every triangle is positive after every visit. Active nodes of the mesh are in the
 /// queue.
+/// On an editor that works within a territory, nodes that it may not visit, because they or a
+/// neighbour belong to another, wait aside instead: they are active, and HandOver has them.
 /// *Threads*: one caller at a time.
 class PliantLoop {
  public:
@@ -72,9 +78,23 @@ class PliantLoop {
   /// Wakes a node whose metric or geometry has changed: hop 0, age 0, as if it were new.
   void Wake(VertexId node);
 
+  /// Gives every vertex the field's metric and wakes it: first those that an update has reached
+  /// before, then the new ones, each in order of slot.
+  /// @pre the field answers any number of threads at once
+  void WakeAll(const MetricField& field, Executor& executor);
+
   /// Visits a node again though nothing about it has changed: it starts at the age of a neighbour
   /// that an update reaches.
   void Revisit(VertexId node) { Push(node, 0); }
+
+  /// Takes part in the update of another loop on the same mesh: the same ages, hops and settings.
+  void Join(const PliantLoop& other);
+  /// Takes over active nodes of another loop, to be visited in this order.
+  void TakeOver(std::span<const VertexId> nodes);
+  /// Gives away all active nodes: those in the queue, then those that wait aside.
+  [[nodiscard]] std::vector<VertexId> HandOver();
+  /// Counts what other loops did as if this one had done it.
+  void Add(const LoopCounts& counts);
 
   /// Visits nodes until none is active or the budget is used up. The result does not depend on how
   /// a run is cut into budgets.
@@ -93,7 +113,6 @@ class PliantLoop {
   [[nodiscard]] State Save() const { return state_; }
   void Restore(State state) { state_ = std::move(state); }
 
-  [[nodiscard]] std::int32_t vertices_max() const { return options_.vertices_max; }
   [[nodiscard]] const LoopCounts& counts() const { return state_.counts; }
   void ResetCounts() { state_.counts = {}; }
   /// Nodes waiting, an upper bound while some have died in the queue.
@@ -114,6 +133,8 @@ class PliantLoop {
 
   [[nodiscard]] Heat HeatOf(const VisitState& visit) const;
   [[nodiscard]] VisitState CurrentVisit(VertexId node) const;
+  /// Makes a node as awake as a new one. @return true if it was not in the queue
+  bool MarkAwake(VertexId node);
   void Push(VertexId node, int hop);
   void PushRing(VertexId node, int hop);
   void PushRing(const Star& star, int hop);
@@ -121,6 +142,8 @@ class PliantLoop {
   void VisitNode(const MetricField& field, VertexId node);
   /// VisitNode under the eyes of a VisitAudit.
   void VisitAudited(const MetricField& field, VertexId node);
+  /// True if the territory has the node and all its neighbours, and room for an insertion.
+  [[nodiscard]] bool MayVisit(const Territory& territory, VertexId node);
   void VisitGiven(const MetricField& field, VertexId node, const Heat& heat);
   /// The visit of an interior node with few neighbours, by columns: the same operations as the
   /// general one in the same order, and the same bits.
@@ -154,6 +177,7 @@ class PliantLoop {
   Patch patch_;
   State state_;
   VisitAudit audit_;  // Idle unless kValidateEvery.
+  std::vector<VertexId> aside_;
 };
 
 }  // namespace pliant

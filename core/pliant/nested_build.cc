@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <iterator>
+#include <utility>
 #include <vector>
 
 #include "core/pliant/refine.h"
@@ -60,8 +61,12 @@ double ScaleOf(int level) { return level == 0 ? 1 : kCoarseScale / std::ldexp(1.
 }  // namespace
 
 NestedBuild::NestedBuild(MeshEdit& edit, PliantLoop& loop, std::shared_ptr<const MetricField> field,
-                         const LoopSettings& settings)
-    : edit_(edit), loop_(loop), field_(std::move(field)), settings_(settings) {
+                         const Options& options)
+    : edit_(edit),
+      loop_(loop),
+      field_(std::move(field)),
+      options_(options),
+      settings_(SettingsOf(options)) {
   const double nodes = EstimateComplexity(edit.mesh(), *field_) * 2 / std::sqrt(3.0);
   const double coarsest =
       std::max(kCoarsestNodes, kCoarsestPerGiven * GivenVertexCount(edit.mesh()));
@@ -69,15 +74,29 @@ NestedBuild::NestedBuild(MeshEdit& edit, PliantLoop& loop, std::shared_ptr<const
   for (double n = nodes; n > coarsest && levels < 30; n /= 4) ++levels;
   LoopSettings coarse = settings_;
   coarse.speed_threshold = coarse.neighbor_threshold = 0.02;
-  StartLevel(levels, levels == 0 ? settings_ : coarse);
+  InlineExecutor alone;  // The coarsest level is small.
+  StartLevel(levels, levels == 0 ? settings_ : coarse, alone);
 }
 
-void NestedBuild::NextLevel() {
+StopReason NestedBuild::Run(const Budget& budget, const Helpers& helpers) {
+  if (!std::exchange(begun_, true) && BlockLoop::Suits(edit_.mesh(), options_, helpers.rule())) {
+    blocks_.emplace(edit_, loop_, options_, helpers.rule());
+  }
+  if (!blocks_) return loop_.Run(*level_field_, budget);
+  return blocks_->Run(*level_field_, budget, helpers.executor());
+}
+
+std::int64_t NestedBuild::active_count() const {
+  return loop_.active_count() + (blocks_ ? blocks_->active_count() : 0);
+}
+
+void NestedBuild::NextLevel(const Helpers& helpers) {
   PLIANT_CHECK(level_ > 0);
+  Executor& executor = helpers.executor();
   const double growth = ScaleOf(level_ - 1) / ScaleOf(level_);
   const std::vector<EdgeSplit> splits = PlanRefinement(edit_.mesh(), growth);
-  if (edit_.mesh().vertex_count() + std::ssize(splits) > loop_.vertices_max()) {
-    Finish();  // The loop inserts one by one up to the limit and counts what it refuses.
+  if (edit_.mesh().vertex_count() + std::ssize(splits) > options_.vertices_max) {
+    Finish(helpers);  // The loop inserts one by one up to the limit and counts what it refuses.
     return;
   }
   edit_.Refine(splits,
@@ -89,35 +108,24 @@ void NestedBuild::NextLevel() {
   const bool last = level_ == 1;
   fine.speed_threshold = last ? settings_.speed_threshold : 0.02;
   fine.neighbor_threshold = last ? std::max(0.05, settings_.neighbor_threshold) : 0.02;
-  StartLevel(level_ - 1, fine);
+  StartLevel(level_ - 1, fine, executor);
 }
 
-void NestedBuild::Finish() {
-  if (level_ > 0) StartLevel(0, settings_);
+void NestedBuild::Finish(const Helpers& helpers) {
+  if (level_ > 0) StartLevel(0, settings_, helpers.executor());
 }
 
-void NestedBuild::StartLevel(int level, const LoopSettings& settings) {
+void NestedBuild::StartLevel(int level, const LoopSettings& settings, Executor& executor) {
+  if (blocks_) blocks_->Leave();
+  blocks_.reset();
+  begun_ = false;
   level_ = level;
   const double scale = ScaleOf(level);
   level_field_ = level == 0 ? field_ : std::make_shared<ScaledField>(field_, scale);
   loop_.BeginUpdate(settings);
-  for (std::int32_t v = 0; v < edit_.mesh().vertex_slots(); ++v) {
-    const VertexId vertex(v);
-    if (!edit_.mesh().vertex(vertex).live) continue;
-    edit_.SetMetric(vertex, level_field_->At(edit_.mesh().position(vertex), edit_.Hint(vertex)));
-  }
   // First those of the coarser mesh, which are at rest but for the change of level, then the new
   // ones between them: one visit in fifty less than in plain order of slots.
-  WakeAll(Generation::kOld);
-  WakeAll(Generation::kNew);
-}
-
-void NestedBuild::WakeAll(Generation generation) {
-  for (std::int32_t v = 0; v < edit_.mesh().vertex_slots(); ++v) {
-    const VertexRecord& record = edit_.mesh().vertex(VertexId(v));
-    const bool is_new = record.visit.epoch == 0;
-    if (record.live && is_new == (generation == Generation::kNew)) loop_.Wake(VertexId(v));
-  }
+  loop_.WakeAll(*level_field_, executor);
 }
 
 }  // namespace pliant

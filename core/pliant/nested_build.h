@@ -2,9 +2,12 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 
 #include "core/mesh/mesh_edit.h"
 #include "core/metric/metric_field.h"
+#include "core/pliant/block_loop.h"
+#include "core/pliant/helpers.h"
 #include "core/pliant/loop.h"
 
 namespace pliant {
@@ -38,35 +41,38 @@ class NestedBuild {
   /// must be the triangulation of the domain, and sets up the coarsest one: its metric at all
   /// vertices, all of them awake.
   NestedBuild(MeshEdit& edit, PliantLoop& loop, std::shared_ptr<const MetricField> field,
-              const LoopSettings& settings);
+              const Options& options);
 
-  /// What the loop has to follow on this level.
-  [[nodiscard]] const MetricField& field() const { return *level_field_; }
+  /// Runs the loop on this level, as PliantLoop::Run does; a large one in blocks.
+  StopReason Run(const Budget& budget, const Helpers& helpers);
+
+  /// Nodes that wait on this level.
+  [[nodiscard]] std::int64_t active_count() const;
+
   /// Levels still to come after this one; 0 on the last.
   [[nodiscard]] int levels_left() const { return level_; }
 
   /// Refines the converged mesh and sets up the next level; the last one without refinement if that
-  /// would pass the limit of vertices. @pre levels_left() > 0
-  void NextLevel();
+  /// would pass the limit of vertices. @pre levels_left() > 0, and Run has ended
+  void NextLevel(const Helpers& helpers);
 
   /// Gives up the levels that are left: the full metric at all vertices, all of them awake, with
   /// the settings of an update.
-  void Finish();
+  void Finish(const Helpers& helpers);
 
  private:
-  /// Vertices that a coarser level had, and those that no level has visited.
-  enum class Generation { kOld, kNew };
-
-  void StartLevel(int level, const LoopSettings& settings);
-  void WakeAll(Generation generation);
+  void StartLevel(int level, const LoopSettings& settings, Executor& executor);
 
   MeshEdit& edit_;
   PliantLoop& loop_;
   std::shared_ptr<const MetricField> field_;
   std::shared_ptr<const MetricField> level_field_;
-  LoopSettings settings_;
+  const Options options_;
+  const LoopSettings settings_;
   int level_ = 0;
-  bool is_coarsest_ = true;  // No level was refined yet: slots are in order of insertion.
+  bool is_coarsest_ = true;          // No level was refined yet: slots are in order of insertion.
+  bool begun_ = false;               // Run has been called on this level,
+  std::optional<BlockLoop> blocks_;  // and found that it is large.
 };
 
 }  // namespace pliant

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <utility>
 #include <vector>
 
 #include "core/base/ids.h"
@@ -31,6 +32,13 @@ class NodeQueue {
     nodes_[index] = nodes_.back();
     nodes_.pop_back();
     return node;
+  }
+
+  /// All entries in order; none are left.
+  std::vector<VertexId> TakeAll() {
+    nodes_.erase(nodes_.begin(), nodes_.begin() + static_cast<std::ptrdiff_t>(head_));
+    head_ = 0;
+    return std::exchange(nodes_, {});
   }
 
   [[nodiscard]] bool empty() const { return head_ == nodes_.size(); }

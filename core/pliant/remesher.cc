@@ -66,7 +66,7 @@ class Remesher::Impl {
     MetricField& raw = *followed_.raw();
     if (options_.variant == Variant::kNested && numbering_ == Numbering::kClosesGaps &&
         options_.permissions == Permissions{}) {
-      nested_.emplace(edit_, loop_, followed_.raw(), SettingsOf(options_));
+      nested_.emplace(edit_, loop_, followed_.raw(), options_);
     } else {
       loop_.BeginUpdate(SettingsOf(options_));
       for (const VertexId vertex : LiveVertices(mesh_)) {
@@ -115,19 +115,20 @@ class Remesher::Impl {
     Progress progress;
     for (;;) {
       const std::int64_t visits_before = loop_.counts().visits;
-      progress.stop_reason = loop_.Run(nested_ ? nested_->field() : followed_.field(), budget);
+      progress.stop_reason =
+          nested_ ? nested_->Run(budget, helpers_) : loop_.Run(followed_.field(), budget);
       PLIANT_RETURN_IF_ERROR(followed_.raw()->status());
       budget.visits_max -= loop_.counts().visits - visits_before;
       if (!Ended(progress.stop_reason)) break;
       if (nested_ && nested_->levels_left() > 0) {
-        nested_->NextLevel();
+        nested_->NextLevel(helpers_);
         continue;
       }
       nested_.reset();
       if (!followed_.limits_again()) break;
       PLIANT_RETURN_IF_ERROR(Limit());
     }
-    progress.active_count = loop_.active_count();
+    progress.active_count = nested_ ? nested_->active_count() : loop_.active_count();
     progress.counts = loop_.counts();
     return progress;
   }
@@ -152,6 +153,8 @@ class Remesher::Impl {
     loop_.Restore(committed_.loop);
   }
 
+  void UseHelpers(const Helpers& helpers) { helpers_ = helpers; }
+
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] const MetricField& field() const { return followed_.field(); }
   [[nodiscard]] Revision revision() const { return revision_; }
@@ -170,7 +173,7 @@ class Remesher::Impl {
 
   /// The levels of the first build follow the metric that it began with, in the mesh's records too.
   void LeaveNestedBuild() {
-    if (nested_) nested_->Finish();
+    if (nested_) nested_->Finish(helpers_);
     nested_.reset();
   }
 
@@ -194,6 +197,7 @@ class Remesher::Impl {
   }
 
   const Options options_;
+  Helpers helpers_;
   Mesh mesh_;
   MeshEdit edit_;
   PliantLoop loop_;
@@ -247,6 +251,7 @@ Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const 
 }
 
 Result<Progress> Remesher::Step(const Budget& budget) { return impl_->Step(budget); }
+void Remesher::UseHelpers(const Helpers& helpers) { impl_->UseHelpers(helpers); }
 MeshDiff Remesher::Commit() { return impl_->Commit(); }
 void Remesher::Rollback() { impl_->Rollback(); }
 const Mesh& Remesher::mesh() const { return impl_->mesh(); }

@@ -12,6 +12,7 @@
 #include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
 #include "core/pliant/loop.h"
+#include "core/pliant/nested_build.h"
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
 
@@ -77,6 +78,10 @@ class Remesher {
   /// @par Cost O(k log k) for few of many vertices, but for one update in sixteen or so, which
   ///           gathers the pieces: O(mesh).
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors);
+
+  /// Who helps from now on with large work: the first build of a large mesh. No executor changes
+  /// any bit; a rule other than the default does, and is for tests.
+  void UseHelpers(const Helpers& helpers);
 
   /// Runs the loop. Errors: kExpressionValue if the metric has no value where a node went; the
   /// caller should then Rollback.

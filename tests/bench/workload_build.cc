@@ -1,10 +1,13 @@
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <utility>
 
 #include "client/io/file.h"
 #include "client/io/medit.h"
 #include "core/mesh/export_mesh.h"
+#include "core/threads/thread_pool.h"
+#include "tests/bench/schedule_executor.h"
 #include "tests/bench/workload_run.h"
 
 namespace pliant::bench {
@@ -46,6 +49,11 @@ Result<Built> BuildWith(const BenchCase& instance, const Request& request,
   Built built;
   std::optional<Error> error;
   auto field = instance.field();
+  if (request.thread_count > 1) {
+    built.executor = std::make_unique<ThreadPool>(request.thread_count);
+  } else {
+    built.executor = std::make_unique<ScheduleExecutor>();
+  }
   built.duration = TimeOf([&] {
     auto created = spec.has_value()
                        ? Remesher::Create(instance.domain, *spec, request.options)
@@ -55,6 +63,7 @@ Result<Built> BuildWith(const BenchCase& instance, const Request& request,
       return;
     }
     built.remesher = std::move(created).value();
+    built.remesher->UseHelpers(Helpers(built.executor.get()));
     const auto progress = built.remesher->Step({});
     if (!progress.ok()) {
       error = progress.error();
@@ -65,6 +74,19 @@ Result<Built> BuildWith(const BenchCase& instance, const Request& request,
   });
   if (error.has_value()) return *error;
   return built;
+}
+
+/// CPU seconds of the last run if several threads had shared the work, by their number; empty if
+/// they did.
+nlohmann::json ScheduleOf(const Built& built) {
+  nlohmann::json result;
+  const auto* schedule = dynamic_cast<const ScheduleExecutor*>(built.executor.get());
+  if (schedule == nullptr) return result;
+  result["1"] = built.duration.cpu;
+  for (const auto& [thread_count, saved] : schedule->saved_s()) {
+    result[std::to_string(thread_count)] = built.duration.cpu - saved;
+  }
+  return result;
 }
 
 nlohmann::json CountsOf(const Progress& progress, std::int32_t vertex_count) {
@@ -96,11 +118,13 @@ Result<nlohmann::json> RunBuild(const Request& request) {
     durations.push_back(built.duration);
   }
   const double memory = PeakMemoryMib();
+  const nlohmann::json schedule = ScheduleOf(built);
   const Mesh& mesh = built.remesher->mesh();
   nlohmann::json report = CountsOf(built.progress, mesh.vertex_count());
   report["nodes"] = mesh.vertex_count();
   report["time"] = JsonOf(durations);
   report["nodes_per_cpu_s"] = mesh.vertex_count() / report["time"]["cpu_s"].get<double>();
+  if (!schedule.empty()) report["cpu_s_on_threads"] = schedule;
   report["peak_rss_mib"] = memory;
   report["quality"] = QualityOf(mesh, *instance.field());
   if (!request.mesh_path.empty()) {

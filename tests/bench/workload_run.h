@@ -21,6 +21,7 @@ struct Request {
   std::string update;           ///< "", "disc", "bump", "same" or "front".
   std::int64_t changed = 1000;  ///< "bump": nodes under the bump.
   std::int64_t steps = 50;      ///< "front": steps of 1/50 of the domain.
+  int thread_count = 1;         ///< Threads that work on the mesh.
   int repeat = 3;               ///< Runs of everything that is timed.
   std::string mesh_path;        ///< Where to write the (last) mesh; empty: nowhere.
 };
@@ -40,6 +41,7 @@ struct Duration {
 /// A mesh that has converged, and what that took: from the polygon or the background mesh to the
 /// first commit, the time of Create included.
 struct Built {
+  std::unique_ptr<Executor> executor;  ///< Of the remesher.
   std::unique_ptr<Remesher> remesher;
   Duration duration;
   Progress progress;

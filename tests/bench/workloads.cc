@@ -56,6 +56,8 @@ int main(int argc, char** argv) {
   app.add_option("--changed", request.changed, "bump: nodes under it")
       ->check(CLI::Range(2, 1 << 30));
   app.add_option("--steps", request.steps, "front: number of steps")->check(CLI::PositiveNumber);
+  app.add_option("--threads", request.thread_count, "threads that work on the mesh")
+      ->check(CLI::Range(1, 1024));
   app.add_option("--repeat", request.repeat)->check(CLI::PositiveNumber);
   app.add_option("--mesh", request.mesh_path, "write the mesh here (Medit)");
   app.add_option("--json", json_path, "write the report here; default: standard output");
@@ -68,6 +70,7 @@ int main(int argc, char** argv) {
               {"variant", variant},
               {"metric", metric},
               {"update", request.update},
+              {"threads", request.thread_count},
               {"repeat", request.repeat}},
              json_path);
 }

@@ -4,8 +4,10 @@
 
 #include <iterator>
 #include <set>
+#include <utility>
 #include <vector>
 
+#include "core/base/check.h"
 #include "core/base/rng.h"
 
 namespace pliant {
@@ -84,6 +86,36 @@ TEST(SlotAllocator, BehavesLikeASetOfFreeSlots) {
     ASSERT_EQ(slots.size(), size);
     ASSERT_EQ(slots.live_count(), static_cast<std::int32_t>(live.size()));
   }
+}
+
+// Goal: lent slots are the lowest free ones, then new ones; a lender sees what became of them when
+// it counts, and has all that are free afterwards.
+TEST(SlotAllocator, LendsSlots) {
+  SlotAllocator whole;
+  whole.Reset(10);
+  whole.Free(7);
+  whole.Free(2);
+  whole.Free(4);
+  SlotAllocator a = whole.Lend(2);
+  SlotAllocator b = whole.Lend(3);
+  EXPECT_EQ(whole.size(), 12);
+  EXPECT_EQ(whole.live_count(), 7);
+  EXPECT_EQ(whole.free_count(), 0U);
+  EXPECT_EQ(a.Take(), 2);
+  EXPECT_EQ(b.Take(), 7);
+  EXPECT_EQ(b.Take(), 10);
+  EXPECT_EQ(a.Take(), 4);
+  EXPECT_THROW((void)a.Take(), InvariantViolation);  // Growth would meet another's slots.
+  a.Free(0);                                         // An element that the whole has made.
+  EXPECT_EQ(a.free_count(), 1U);
+  whole.CountFrom(b);
+  EXPECT_EQ(whole.live_count(), 9);
+  whole.ReturnFrom(std::move(b));
+  whole.ReturnFrom(std::move(a));
+  EXPECT_EQ(whole.live_count(), 10);
+  EXPECT_EQ(whole.Take(), 0);
+  EXPECT_EQ(whole.Take(), 11);
+  EXPECT_EQ(whole.Take(), 12);
 }
 
 }  // namespace

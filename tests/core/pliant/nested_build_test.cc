@@ -22,16 +22,16 @@ TEST(NestedBuild, QuadruplesFromLevelToLevelAndStaysValid) {
   MeshEdit edit(mesh);
   BuildFromPlan(*plan, edit);
   PliantLoop loop(edit, Options{});
-  NestedBuild build(edit, loop, std::move(gaussian.field), SettingsOf(Options{}));
+  NestedBuild build(edit, loop, std::move(gaussian.field), Options{});
   EXPECT_EQ(build.levels_left(), 3);
   double expected = 20000 / 64.0;
   for (;;) {
-    ASSERT_EQ(loop.Run(build.field(), Budget{}), StopReason::kConverged);
+    ASSERT_EQ(build.Run(Budget{}, Helpers()), StopReason::kConverged);
     ASSERT_EQ(Validate(mesh), std::vector<std::string>());
     EXPECT_NEAR(mesh.vertex_count() / expected, 1, 0.15) << build.levels_left() << " levels left";
     expected *= 4;
     if (build.levels_left() == 0) break;
-    build.NextLevel();
+    build.NextLevel(Helpers());
     ASSERT_EQ(Validate(mesh), std::vector<std::string>());
   }
 }
