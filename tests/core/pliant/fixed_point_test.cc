@@ -20,10 +20,10 @@ class FinishedMesh {
       : field_(std::move(test_case.field)), edit_(mesh_), loop_(edit_, Options{}) {
     const auto plan = PlanDomain(test_case.domain);
     BuildFromPlan(*plan, edit_);
-    NestedBuild build(edit_, loop_, field_, SettingsOf(Options{}));
-    while (loop_.Run(build.field(), Budget{}) == StopReason::kConverged &&
-           build.levels_left() > 0) {
-      build.NextLevel();
+    NestedBuild build(edit_, loop_, field_, Options{});
+    const Helpers helpers;
+    while (build.Run(Budget{}, helpers) == StopReason::kConverged && build.levels_left() > 0) {
+      build.NextLevel(helpers);
     }
     edit_.Compact();
     edit_.Commit(Revision{1});
