@@ -133,7 +133,29 @@ class Remesher::Impl {
     return progress;
   }
 
-  MeshDiff Commit() {
+  MeshDiff Commit() { return fields_.idle() ? CommitMesh() : CommitAndTransfer().diff; }
+
+  CommitWithTransfer CommitAndTransfer() {
+    CommitWithTransfer commit;
+    if (revision_ != Revision::kNone) {
+      const MeshTransfer transfer(mesh_, edit_.log());
+      commit.rows = transfer.rows();
+      commit.fields = fields_.Commit(transfer);
+    }
+    commit.diff = CommitMesh();
+    return commit;
+  }
+
+  Status SetFields(const FieldUpdate& update) {
+    if (revision_ == Revision::kNone) {
+      return Error{ErrorCode::kRevisionNotFound,
+                   "there is no revision yet whose elements could have values; advance first",
+                   "fields"};
+    }
+    return fields_.Stage(mesh_, update);
+  }
+
+  MeshDiff CommitMesh() {
     LeaveNestedBuild();
     PLIANT_CHECK(followed_.raw()->status().ok());
     if (revision_ == Revision::kNone && numbering_ == Numbering::kClosesGaps) {
@@ -149,6 +171,7 @@ class Remesher::Impl {
   void Rollback() {
     PLIANT_CHECK(revision_ != Revision::kNone);
     edit_.Rollback();
+    fields_.Discard();
     followed_.Restore(committed_.followed);
     loop_.Restore(committed_.loop);
   }
@@ -159,6 +182,7 @@ class Remesher::Impl {
   [[nodiscard]] const MetricField& field() const { return followed_.field(); }
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] const Options& options() const { return options_; }
+  [[nodiscard]] const FieldSet& fields() const { return fields_; }
 
  private:
   /// What a rollback needs beyond the change log.
@@ -204,6 +228,7 @@ class Remesher::Impl {
   const BoundingBox box_;
   const Numbering numbering_;
   FollowedMetric followed_;
+  FieldSet fields_;
   std::optional<NestedBuild> nested_;  // While the first mesh is built from coarse to fine.
   Revision revision_ = Revision::kNone;
   Committed committed_;
@@ -253,10 +278,13 @@ Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const 
 Result<Progress> Remesher::Step(const Budget& budget) { return impl_->Step(budget); }
 void Remesher::UseHelpers(const Helpers& helpers) { impl_->UseHelpers(helpers); }
 MeshDiff Remesher::Commit() { return impl_->Commit(); }
+CommitWithTransfer Remesher::CommitAndTransfer() { return impl_->CommitAndTransfer(); }
+Status Remesher::SetFields(const FieldUpdate& update) { return impl_->SetFields(update); }
 void Remesher::Rollback() { impl_->Rollback(); }
 const Mesh& Remesher::mesh() const { return impl_->mesh(); }
 const MetricField& Remesher::field() const { return impl_->field(); }
 Revision Remesher::revision() const { return impl_->revision(); }
 const Options& Remesher::options() const { return impl_->options(); }
+const FieldSet& Remesher::fields() const { return impl_->fields(); }
 
 }  // namespace pliant

@@ -15,6 +15,8 @@
 #include "core/pliant/nested_build.h"
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
+#include "core/transfer/field_set.h"
+#include "core/transfer/transfer_rows.h"
 
 namespace pliant {
 
@@ -23,6 +25,13 @@ struct Progress {
   StopReason stop_reason = StopReason::kConverged;
   std::int64_t active_count = 0;  ///< Nodes that still wait for a visit.
   LoopCounts counts;
+};
+
+/// A commit and what carries a client's own values and the session's fields over it.
+struct CommitWithTransfer {
+  MeshDiff diff;
+  TransferRows rows;    ///< For new and moved vertices; none at the first commit.
+  FieldChanges fields;  ///< Of the session's fields.
 };
 
 /// One persistent mesh that follows a metric: the engine of a session.
@@ -94,6 +103,15 @@ class Remesher {
   /// @par Cost O(changed); the first O(mesh)
   MeshDiff Commit();
 
+  /// The same, with transfer rows. @par Cost as Commit
+  [[nodiscard]] CommitWithTransfer CommitAndTransfer();
+
+  /// Sets, changes or drops solution fields, which every commit carries from the old mesh to the
+  /// new one. Ids and values are of the elements of the last commit, also while the mesh already
+  /// differs from it. Takes effect at the next commit; Rollback forgets it.
+  /// Errors: kRevisionNotFound before the first commit, else those of FieldSet::Stage.
+  Status SetFields(const FieldUpdate& update);
+
   /// Takes mesh, metric and loop back to the last commit, bit for bit. Before the first commit
   /// there is nothing to go back to. @pre revision() != kNone
   void Rollback();
@@ -104,6 +122,8 @@ class Remesher {
   /// Of the last commit; kNone before the first.
   [[nodiscard]] Revision revision() const;
   [[nodiscard]] const Options& options() const;
+  /// Of the last commit.
+  [[nodiscard]] const FieldSet& fields() const;
 
  private:
   class Impl;

@@ -16,7 +16,7 @@ FILE_LINES_MAX = 500
 LINE_COLUMNS_MAX = 100
 
 # Of core: each may include itself and those before it.
-CORE_LAYERS = ("base", "geometry", "metric", "mesh", "delaunay", "pliant", "motion", "transfer",
+CORE_LAYERS = ("base", "geometry", "metric", "mesh", "delaunay", "transfer", "pliant", "motion",
                "threads")
 
 # The library of core that lends threads to the others, which know none.
