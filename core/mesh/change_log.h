@@ -16,14 +16,17 @@ struct ChangeLog {
   std::vector<std::pair<VertexId, VertexRecord>> vertices;
   std::vector<std::pair<TriangleId, TriangleRecord>> triangles;
   std::vector<std::pair<EdgeId, EdgeRecord>> edges;
+  /// Segments that were cut, by index.
+  std::vector<std::pair<std::int32_t, SegmentRecord>> segments;
 
   /// Slots in the arrays at the last commit.
   std::int32_t vertex_slots = 0;
   std::int32_t triangle_slots = 0;
   std::int32_t edge_slots = 0;
+  std::int32_t segment_slots = 0;
 
   [[nodiscard]] bool empty() const {
-    return vertices.empty() && triangles.empty() && edges.empty();
+    return vertices.empty() && triangles.empty() && edges.empty() && segments.empty();
   }
 };
 

@@ -93,9 +93,14 @@ class MeshEdit {
   void Fix(VertexId vertex);
 
   void MoveVertex(VertexId vertex, Vec2 position);
+  /// The same as one of many that move together: triangles are looked at when all are in place.
+  void PlaceVertex(VertexId vertex, Vec2 position);
   /// Moves a vertex along its segment to parameter t, and to the segment's point there.
   /// @pre it has exactly two constrained edges, of one segment, and t lies between their far ends
   void SlideVertex(VertexId vertex, double t);
+  /// Writes down another parameter of a vertex inside a segment, and leaves it where it is: for
+  /// motions of a whole segment, which put every vertex of it in its place.
+  void SetParameter(VertexId vertex, double t);
   void SetMetric(VertexId vertex, const Metric& metric);
   /// Writable state of the loop. The reference is valid until the next call that adds vertices.
   VisitState& Visit(VertexId vertex);
@@ -134,6 +139,25 @@ class MeshEdit {
   /// Lets a vertex split a constrained edge, at parameter t. The triangles still have the whole
   /// edge: ReplaceCavity must follow.
   void SplitConstrainedEdge(EdgeId edge, VertexId vertex, double t);
+
+  /// Makes a vertex inside a segment a given point: its segment ends there and a new one goes on.
+  /// @par Cost O(edges of the segment)
+  void CutSegment(VertexId vertex);
+
+  /// What MeshEdit::Undo goes back to. Holds a copy of the free slots.
+  struct Trial {
+    ChangeLog outer;  ///< What the revision had changed before.
+    SlotAllocator vertices;
+    SlotAllocator triangles;
+    SlotAllocator edges;
+  };
+  /// Begins changes that are kept or undone as a whole, within a revision or before the first.
+  /// Keep or Undo must follow before the next BeginTrial, Commit or Rollback.
+  /// @par Cost O(changed in this revision so far + free slots); Keep and Undo cost in addition what
+  ///           the trial changed.
+  [[nodiscard]] Trial BeginTrial();
+  void Keep(Trial trial);
+  void Undo(Trial trial);
 
   /// Ends a revision: folds the log into a diff, empties it and logs from now on.
   MeshDiff Commit(Revision revision);
@@ -175,7 +199,6 @@ class MeshEdit {
     }
     return record;
   }
-  [[nodiscard]] bool logging() const { return committed_ != Revision::kNone; }
   [[nodiscard]] SlotAllocator& vertex_allocator() {
     return territory_ == nullptr ? mesh_.vertex_allocator_ : territory_->slots.vertices;
   }
@@ -185,6 +208,7 @@ class MeshEdit {
   [[nodiscard]] SlotAllocator& edge_allocator() {
     return territory_ == nullptr ? mesh_.edge_allocator_ : territory_->slots.edges;
   }
+  [[nodiscard]] bool logging() const { return committed_ != Revision::kNone || in_trial_; }
   VertexId TakeVertex();
   TriangleId TakeTriangle();
   EdgeId TakeEdge();
@@ -226,6 +250,7 @@ class MeshEdit {
   void MarkPinched();
   MeshDiff FirstCommit(Revision revision);
   void StartLog(Revision revision);
+  void RestoreSegments();
   void FoldVertices(MeshDiff& diff);
   void FoldTriangles(MeshDiff& diff);
   void FoldEdges(MeshDiff& diff);
@@ -236,6 +261,7 @@ class MeshEdit {
   MeshSummary summary_;
   Revision committed_ = Revision::kNone;
   bool edges_ahead_ = false;  // Of their triangles: see CheckAfter.
+  bool in_trial_ = false;
 };
 
 }  // namespace pliant

@@ -58,9 +58,11 @@ void MeshEdit::StartLog(Revision revision) {
   log_.vertices.clear();
   log_.triangles.clear();
   log_.edges.clear();
+  log_.segments.clear();
   log_.vertex_slots = mesh_.vertex_slots();
   log_.triangle_slots = mesh_.triangle_slots();
   log_.edge_slots = mesh_.edge_slots();
+  log_.segment_slots = static_cast<std::int32_t>(mesh_.segments_.size());
   committed_ = revision;
 }
 
@@ -141,6 +143,7 @@ void MeshEdit::Rollback() {
   mesh_.hints_.resize(mesh_.vertices_.size());
   restore(log_.triangles, mesh_.triangles_, mesh_.triangle_allocator_, log_.triangle_slots);
   restore(log_.edges, mesh_.edges_, mesh_.edge_allocator_, log_.edge_slots);
+  RestoreSegments();
 }
 
 }  // namespace pliant

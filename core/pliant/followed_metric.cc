@@ -158,6 +158,18 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
   return wanted;
 }
 
+Result<WantedTensors> FollowedMetric::Carry(std::span<const VertexId> vertices,
+                                            std::span<const Metric> tensors) {
+  PLIANT_ASSIGN_OR_RETURN(state_.raw, FieldWith(vertices, tensors));
+  state_.spec.reset();
+  if (limits()) {
+    state_.limit_rounds_left = kLimitRounds;
+    return Limit();
+  }
+  state_.limited = state_.raw;
+  return WantedTensors{};
+}
+
 /// The raw metric with other tensors at some vertices: laid over it if they are few, else as one
 /// background mesh.
 Result<std::shared_ptr<MetricField>> FollowedMetric::FieldWith(std::span<const VertexId> vertices,

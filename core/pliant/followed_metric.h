@@ -70,6 +70,11 @@ class FollowedMetric {
   [[nodiscard]] Result<WantedTensors> SetTensors(std::span<const VertexId> vertices,
                                                  std::span<const Metric> tensors);
 
+  /// Tensors that vertices brought along when they were moved: the field takes them over where they
+  /// are now, and over the triangles at them. @pre the mesh has them already
+  [[nodiscard]] Result<WantedTensors> Carry(std::span<const VertexId> vertices,
+                                            std::span<const Metric> tensors);
+
   /// Limits the raw metric over the edges of the mesh as it is and follows the result.
   /// @pre limits_again()
   [[nodiscard]] Result<WantedTensors> Limit();

@@ -93,6 +93,7 @@ class Remesher::Impl {
     }
     PLIANT_RETURN_IF_ERROR(field->status());
     LeaveNestedBuild();
+    carriers_.clear();  // Another field replaces what they carried.
     followed_.Follow(std::move(field), spec);
     if (followed_.limits_again()) return Limit();
     Apply(wanted);
@@ -104,14 +105,36 @@ class Remesher::Impl {
     const std::span<const VertexId> vertices = given.empty() ? std::span(all) : given;
     PLIANT_RETURN_IF_ERROR(followed_.CheckTensors(vertices, tensors));
     LeaveNestedBuild();
+    PLIANT_RETURN_IF_ERROR(LetMetricFollow());
     PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted, followed_.SetTensors(vertices, tensors));
     if (!wanted.vertices.empty()) Apply(wanted);
+    return {};
+  }
+
+  Status Change(MeshChange& change) {
+    LeaveNestedBuild();
+    PLIANT_RETURN_IF_ERROR(LetMetricFollow());
+    MeshEdit::Trial trial = edit_.BeginTrial();
+    Result<MeshChange::Outcome> outcome = change.Apply(edit_);
+    if (!outcome.ok()) {
+      edit_.Undo(std::move(trial));
+      return outcome.error();
+    }
+    edit_.Keep(std::move(trial));
+    WantedTensors wanted{std::move(outcome->moved), {}};
+    for (const VertexId vertex : wanted.vertices) {
+      wanted.tensors.push_back(followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
+    }
+    Apply(wanted);
+    for (const VertexId vertex : outcome->disturbed) loop_.Wake(vertex);
+    carriers_ = std::move(outcome->carriers);
     return {};
   }
 
   /// The limits are laid on the mesh as it is when an update begins, which may be too coarse to
   /// know the metric; they are laid again on the mesh that comes out.
   Result<Progress> Step(Budget budget) {
+    PLIANT_RETURN_IF_ERROR(LetMetricFollow());
     Progress progress;
     for (;;) {
       const std::int64_t visits_before = loop_.counts().visits;
@@ -157,6 +180,7 @@ class Remesher::Impl {
 
   MeshDiff CommitMesh() {
     LeaveNestedBuild();
+    PLIANT_CHECK(carriers_.empty() || LetMetricFollow().ok());
     PLIANT_CHECK(followed_.raw()->status().ok());
     if (revision_ == Revision::kNone && numbering_ == Numbering::kClosesGaps) {
       loop_.Renumber(edit_.Compact());
@@ -172,6 +196,7 @@ class Remesher::Impl {
     PLIANT_CHECK(revision_ != Revision::kNone);
     edit_.Rollback();
     fields_.Discard();
+    carriers_.clear();
     followed_.Restore(committed_.followed);
     loop_.Restore(committed_.loop);
   }
@@ -199,6 +224,19 @@ class Remesher::Impl {
   void LeaveNestedBuild() {
     if (nested_) nested_->Finish(helpers_);
     nested_.reset();
+  }
+
+  /// The metric takes over what vertices carried along with them. Put off until someone needs it:
+  /// a metric that is sent together with a motion makes it superfluous.
+  Status LetMetricFollow() {
+    if (carriers_.empty()) return {};
+    const std::vector<VertexId> carriers = std::exchange(carriers_, {});
+    std::vector<Metric> tensors;
+    tensors.reserve(carriers.size());
+    for (const VertexId vertex : carriers) tensors.push_back(mesh_.metric(vertex));
+    PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted, followed_.Carry(carriers, tensors));
+    if (!wanted.vertices.empty()) Apply(wanted);
+    return {};
   }
 
   /// Limits the metric on the mesh as it is. Nodes that the raw metric kept busy until they were
@@ -229,6 +267,7 @@ class Remesher::Impl {
   const Numbering numbering_;
   FollowedMetric followed_;
   FieldSet fields_;
+  std::vector<VertexId> carriers_;     // Their tensors are not in the followed field yet.
   std::optional<NestedBuild> nested_;  // While the first mesh is built from coarse to fine.
   Revision revision_ = Revision::kNone;
   Committed committed_;
@@ -274,6 +313,8 @@ Status Remesher::SetField(std::unique_ptr<MetricField> field) {
 Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
   return impl_->SetTensors(vertices, tensors);
 }
+
+Status Remesher::Apply(MeshChange& change) { return impl_->Change(change); }
 
 Result<Progress> Remesher::Step(const Budget& budget) { return impl_->Step(budget); }
 void Remesher::UseHelpers(const Helpers& helpers) { impl_->UseHelpers(helpers); }

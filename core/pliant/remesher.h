@@ -12,6 +12,7 @@
 #include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
 #include "core/pliant/loop.h"
+#include "core/pliant/mesh_change.h"
 #include "core/pliant/nested_build.h"
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
@@ -91,6 +92,12 @@ class Remesher {
   /// Who helps from now on with large work: the first build of a large mesh. No executor changes
   /// any bit; a rule other than the default does, and is for tests.
   void UseHelpers(const Helpers& helpers);
+
+  /// Carries out a change of the mesh that is not the loop's (core/motion has them), gives moved
+  /// vertices the metric of where they are now, and wakes what was disturbed. On an error
+  /// everything stays as it was, with what this revision had changed before. Ends a first build
+  /// that was under way, as a metric update does. Errors: those of the change; kExpressionValue.
+  Status Apply(MeshChange& change);
 
   /// Runs the loop. Errors: kExpressionValue if the metric has no value where a node went; the
   /// caller should then Rollback.

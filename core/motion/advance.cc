@@ -1,0 +1,454 @@
+#include "core/motion/advance.h"
+
+#include <algorithm>
+#include <cmath>
+#include <optional>
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/geometry/predicates.h"
+#include "core/motion/cavity.h"
+#include "core/pliant/remove.h"
+
+namespace pliant {
+namespace {
+
+/// A sub-step is not halved further for a triangle whose corners go less than this, in metric
+/// length; what blocks it is removed instead.
+constexpr double kShortStep = 0.25;
+
+/// A step this short is no longer halved before a cavity is opened.
+constexpr double kTinyStep = 1e-3;
+
+/// A triangle lower than this, in metric length, that gets lower still by half or more in one
+/// sub-step, counts as spoiled.
+constexpr double kLowHeight = 0.2;
+constexpr double kHeightLost = 0.5;
+
+/// Triangles below this quality have their edges looked at after a sub-step.
+constexpr double kPoorQuality = 0.4;
+
+/// Cavities grow by a ring of triangles at a time, and not beyond this.
+constexpr int kCavityRingsMax = 12;
+constexpr std::size_t kCavityTrianglesMax = 4000;
+
+/// A sub-step of this share of the motion that still fails ends it.
+constexpr double kLeastShare = 1e-9;
+
+constexpr std::int32_t kAlone = -1;
+constexpr std::int32_t kStill = -2;
+
+Metric MeanOf(const Mesh& mesh, const TriangleRecord& triangle) {
+  return (1.0 / 3.0) * (mesh.metric(triangle.vertices[0]) + mesh.metric(triangle.vertices[1]) +
+                        mesh.metric(triangle.vertices[2]));
+}
+
+}  // namespace
+
+Advance::Advance(MeshEdit& edit, const MotionPlan& plan, Observer observer)
+    : edit_(edit), mesh_(edit.mesh()), plan_(plan), observer_(std::move(observer)), flipper_(edit) {
+  for (const Mover& mover : plan.movers()) moving_.push_back(mover.vertex);
+  for (const Rider& rider : plan.riders()) moving_.push_back(rider.vertex);
+  for (std::size_t i = 0; i < moving_.size(); ++i) place_of_.emplace(moving_[i].value(), i);
+  before_.resize(moving_.size());
+  in_front_.assign(moving_.size(), false);
+  report_.moved_count = static_cast<std::int64_t>(moving_.size());
+  FindFront();
+}
+
+double Advance::RunTo(double limit) {
+  double at = 0;
+  double step = limit;
+  bool low_allowed = false;
+  while (at < limit) {
+    const double target = std::min(limit, at + step);
+    PlaceAll(target);
+    // Vertices that move alike keep their triangles, but for rounding: looked at once, at the end.
+    Check(target == limit ? Scope::kAll : Scope::kFront);
+    const bool flips =
+        std::any_of(spoiled_.begin(), spoiled_.end(), [](const Spoiled& s) { return s.flipped; });
+    if (!flips && (spoiled_.empty() || low_allowed)) {
+      Accept(target);
+      at = target;
+      step *= 2;
+      low_allowed = false;
+      continue;
+    }
+    ++report_.rejected_count;
+    TakeBack();
+    double longest = 0;
+    for (const Spoiled& s : spoiled_) longest = std::max(longest, s.step);
+    if (longest > kShortStep) {
+      step = 0.5 * (target - at);
+      continue;
+    }
+    if (MakeRoom(target)) continue;
+    if (!flips) {
+      low_allowed = true;  // Nothing can be done about low triangles that still are positive.
+      continue;
+    }
+    if (longest > kTinyStep) {
+      step = 0.5 * (target - at);
+      continue;
+    }
+    // A longer step than the tiny one that failed: a cavity is opened once, not at every turn.
+    bool filled = false;
+    for (double share = 64; !filled && share >= 1; share *= 0.25) {
+      const double far = std::min(limit, at + share * (target - at));
+      filled = Retriangulate(far);
+      if (filled) at = far;
+    }
+    if (filled) continue;
+    step = 0.5 * (target - at);
+    if (step < kLeastShare * limit) {
+      NoteBlockers();
+      break;
+    }
+  }
+  return at;
+}
+
+std::vector<VertexId> Advance::Disturbed() const {
+  std::vector<VertexId> all = disturbed_;
+  Star star;
+  for (const VertexId vertex : front_) {
+    if (!mesh_.IsLive(vertex)) continue;
+    all.push_back(vertex);
+    for (const TriangleId fan : FansOf(mesh_, vertex)) {
+      star.Gather(mesh_, vertex, fan);
+      all.insert(all.end(), star.ring().begin(), star.ring().end());
+    }
+  }
+  std::sort(all.begin(), all.end());
+  all.erase(std::unique(all.begin(), all.end()), all.end());
+  std::erase_if(all, [&](VertexId vertex) { return !mesh_.IsLive(vertex); });
+  return all;
+}
+
+bool Advance::IsFree(VertexId vertex) const {
+  if (mesh_.vertex(vertex).fixed) return false;
+  const auto place = place_of_.find(vertex.value());
+  if (place == place_of_.end()) return true;
+  const std::size_t mover_count = plan_.movers().size();
+  return place->second < mover_count ? !plan_.movers()[place->second].given
+                                     : !plan_.riders()[place->second - mover_count].given;
+}
+
+std::int32_t Advance::GroupOf(VertexId vertex) const {
+  const auto place = place_of_.find(vertex.value());
+  if (place == place_of_.end()) return kStill;
+  if (place->second < plan_.movers().size()) return plan_.movers()[place->second].shape;
+  const Rider& rider = plan_.riders()[place->second - plan_.movers().size()];
+  const SegmentRecord& segment = mesh_.segments()[static_cast<std::size_t>(rider.segment)];
+  const std::int32_t a = GroupOf(segment.a);
+  return a >= 0 && a == GroupOf(segment.b) ? a : kAlone;
+}
+
+Vec2 Advance::PositionAt(VertexId vertex, double s) const {
+  const auto place = place_of_.find(vertex.value());
+  if (place == place_of_.end()) return mesh_.position(vertex);
+  if (place->second < plan_.movers().size()) return plan_.At(plan_.movers()[place->second], s);
+  const Rider& rider = plan_.riders()[place->second - plan_.movers().size()];
+  const SegmentRecord& segment = mesh_.segments()[static_cast<std::size_t>(rider.segment)];
+  const Vec2 a = PositionAt(segment.a, s);
+  return a + MotionPlan::ParameterAt(rider, s) * (PositionAt(segment.b, s) - a);
+}
+
+void Advance::FindFront() {
+  for (const VertexId vertex : moving_) {
+    const std::int32_t group = GroupOf(vertex);
+    bool alike = group >= 0;
+    for (const TriangleId fan : FansOf(mesh_, vertex)) {
+      if (!alike) break;
+      star_.Gather(mesh_, vertex, fan);
+      for (const VertexId neighbor : star_.ring()) alike = alike && GroupOf(neighbor) == group;
+    }
+    if (!alike) JoinFront(vertex);
+  }
+}
+
+void Advance::JoinFront(VertexId vertex) {
+  const auto place = place_of_.find(vertex.value());
+  if (place == place_of_.end() || in_front_[place->second]) return;
+  in_front_[place->second] = true;
+  front_.push_back(vertex);
+}
+
+void Advance::PlaceAll(double s) {
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    const VertexId vertex = moving_[i];
+    if (!mesh_.IsLive(vertex)) continue;
+    before_[i] = mesh_.position(vertex);
+    if (i < plan_.movers().size()) {
+      edit_.PlaceVertex(vertex, plan_.At(plan_.movers()[i], s));
+    } else {
+      PlaceRider(plan_.riders()[i - plan_.movers().size()], s);
+    }
+  }
+}
+
+void Advance::PlaceRider(const Rider& rider, double s) {
+  const double t = MotionPlan::ParameterAt(rider, s);
+  if (rider.t_end != rider.t) edit_.SetParameter(rider.vertex, t);
+  edit_.PlaceVertex(rider.vertex,
+                    s == 1 && rider.given ? rider.to : mesh_.PointOnSegment(rider.segment, t));
+}
+
+void Advance::TakeBack() {
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    if (!mesh_.IsLive(moving_[i])) continue;
+    edit_.PlaceVertex(moving_[i], before_[i]);
+    if (i < plan_.movers().size()) continue;
+    const Rider& rider = plan_.riders()[i - plan_.movers().size()];
+    if (rider.t_end != rider.t) {
+      edit_.SetParameter(rider.vertex, MotionPlan::ParameterAt(rider, time_));
+    }
+  }
+}
+
+void Advance::Check(Scope scope) {
+  spoiled_.clear();
+  poor_.clear();
+  for (const VertexId vertex : scope == Scope::kAll ? moving_ : front_) {
+    if (!mesh_.IsLive(vertex)) continue;
+    const TriangleId first = mesh_.vertex(vertex).triangle;
+    if (mesh_.vertex(vertex).pinched) {
+      for (const TriangleId fan : FansOf(mesh_, vertex)) {
+        star_.Gather(mesh_, vertex, fan);
+        for (const TriangleId id : star_.triangles()) CheckTriangle(id);
+      }
+      continue;
+    }
+    const TriangleId start = mesh_.FanStart(vertex, first);
+    TriangleId id = start;
+    bool poor = false;
+    do {
+      CheckTriangle(id);
+      const TriangleRecord& triangle = mesh_.triangle(id);
+      const int corner = mesh_.CornerOf(id, vertex);
+      if (!poor) {
+        const Metric metric = MeanOf(mesh_, triangle);
+        const Vec2 a = mesh_.position(triangle.vertices[0]);
+        const Vec2 ab = mesh_.position(triangle.vertices[1]) - a;
+        const Vec2 ac = mesh_.position(triangle.vertices[2]) - a;
+        const double lengths =
+            SquaredLength(metric, ab) + SquaredLength(metric, ac) + SquaredLength(metric, ac - ab);
+        // 4 sqrt(3) area / sum of squared lengths.
+        poor = 3.4641016151377544 * Cross(ab, ac) * std::sqrt(Determinant(metric)) <
+               kPoorQuality * lengths;
+      }
+      id = triangle.neighbors[static_cast<std::size_t>(NextCorner(corner))];
+    } while (id.valid() && id != start);
+    if (poor) poor_.push_back(vertex);
+  }
+  std::sort(spoiled_.begin(), spoiled_.end(),
+            [](const Spoiled& a, const Spoiled& b) { return a.triangle < b.triangle; });
+  spoiled_.erase(
+      std::unique(spoiled_.begin(), spoiled_.end(),
+                  [](const Spoiled& a, const Spoiled& b) { return a.triangle == b.triangle; }),
+      spoiled_.end());
+}
+
+void Advance::CheckTriangle(TriangleId id) {
+  const TriangleRecord& triangle = mesh_.triangle(id);
+  const auto& v = triangle.vertices;
+  const bool flipped =
+      Orient2d(mesh_.position(v[0]), mesh_.position(v[1]), mesh_.position(v[2])) <= 0;
+  if (!flipped) {
+    const double height = Height(triangle, When::kNow);
+    if (height >= kLowHeight || height >= kHeightLost * Height(triangle, When::kBefore)) return;
+  }
+  double longest = 0;
+  for (const VertexId vertex : v) {
+    longest = std::max(longest, SquaredLength(mesh_.metric(vertex),
+                                              mesh_.position(vertex) - PositionBefore(vertex)));
+  }
+  spoiled_.push_back({id, std::sqrt(longest), flipped});
+}
+
+double Advance::Height(const TriangleRecord& triangle, When when) const {
+  const auto at = [&](std::size_t k) {
+    const VertexId vertex = triangle.vertices[k];
+    return when == When::kBefore ? PositionBefore(vertex) : mesh_.position(vertex);
+  };
+  const Metric metric = MeanOf(mesh_, triangle);
+  const Vec2 a = at(0);
+  const Vec2 ab = at(1) - a;
+  const Vec2 ac = at(2) - a;
+  const double longest = std::max(
+      {SquaredLength(metric, ab), SquaredLength(metric, ac), SquaredLength(metric, ac - ab)});
+  return Cross(ab, ac) * std::sqrt(Determinant(metric) / longest);
+}
+
+Vec2 Advance::PositionBefore(VertexId vertex) const {
+  const auto place = place_of_.find(vertex.value());
+  return place == place_of_.end() ? mesh_.position(vertex) : before_[place->second];
+}
+
+bool Advance::MakeRoom(double s) {
+  bool changed = false;
+  const std::vector<Spoiled> spoiled = spoiled_;
+  for (const Spoiled& one : spoiled) {
+    // A removal before may have done away with this one.
+    if (!mesh_.triangle(one.triangle).live) continue;
+    changed = RemoveOne(one.triangle) || changed;
+  }
+  if (changed) return true;
+  for (const Spoiled& one : spoiled) {
+    if (one.flipped && SwapOne(one.triangle, s)) return true;
+  }
+  return false;
+}
+
+bool Advance::RemoveOne(TriangleId id) {
+  // Interior vertices before those inside segments, vertices that stand still before followers;
+  // among these the one nearest to another corner.
+  const TriangleRecord& triangle = mesh_.triangle(id);
+  const Metric metric = MeanOf(mesh_, triangle);
+  std::optional<std::pair<int, double>> best;
+  VertexId chosen;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const VertexId vertex = triangle.vertices[k];
+    if (!IsFree(vertex)) continue;
+    const int rank =
+        (mesh_.vertex(vertex).edge.valid() ? 2 : 0) + (place_of_.contains(vertex.value()) ? 1 : 0);
+    const Vec2 p = mesh_.position(vertex);
+    const double nearest =
+        std::min(SquaredLength(metric, mesh_.position(triangle.vertices[(k + 1) % 3]) - p),
+                 SquaredLength(metric, mesh_.position(triangle.vertices[(k + 2) % 3]) - p));
+    const std::pair<int, double> key{rank, nearest};
+    if (!best || key < *best) {
+      best = key;
+      chosen = vertex;
+    }
+  }
+  return chosen.valid() && Remove(chosen);
+}
+
+bool Advance::Remove(VertexId vertex) {
+  star_.Gather(mesh_, vertex);
+  const std::vector<VertexId> ring = star_.ring();
+  const std::optional<std::int32_t> swaps = RemoveNode(edit_, flipper_, star_);
+  if (!swaps) return false;
+  ++report_.removed_count;
+  report_.swap_count += *swaps;
+  disturbed_.insert(disturbed_.end(), ring.begin(), ring.end());
+  for (const VertexId neighbor : ring) JoinFront(neighbor);
+  return true;
+}
+
+bool Advance::StaysPositive(VertexId a, VertexId b, VertexId c, double s) const {
+  return Orient2d(mesh_.position(a), mesh_.position(b), mesh_.position(c)) > 0 &&
+         Orient2d(PositionAt(a, s), PositionAt(b, s), PositionAt(c, s)) > 0;
+}
+
+bool Advance::SwapOne(TriangleId id, double s) {
+  for (int corner = 0; corner < 3; ++corner) {
+    const TriangleRecord& t = mesh_.triangle(id);
+    const TriangleId other = t.neighbors[static_cast<std::size_t>(corner)];
+    if (((t.constrained >> corner) & 1) != 0 || !other.valid()) continue;
+    const VertexId p = t.vertices[static_cast<std::size_t>(corner)];
+    const VertexId a = t.vertices[static_cast<std::size_t>(NextCorner(corner))];
+    const VertexId b = t.vertices[static_cast<std::size_t>(PreviousCorner(corner))];
+    const VertexId q =
+        mesh_.triangle(other).vertices[static_cast<std::size_t>(mesh_.SideTowards(other, id))];
+    if (!StaysPositive(p, a, q, s) || !StaysPositive(p, q, b, s)) continue;
+    edit_.SwapEdge({id, corner});
+    ++report_.swap_count;
+    for (const VertexId vertex : {p, a, b, q}) {
+      JoinFront(vertex);
+      disturbed_.push_back(vertex);
+    }
+    return true;
+  }
+  return false;
+}
+
+void Advance::Accept(double s) {
+  ++report_.sub_step_count;
+  time_ = s;
+  SwapPoor();
+  if (observer_) observer_(s);
+}
+
+void Advance::SwapPoor() {
+  for (const VertexId vertex : poor_) {
+    if (!mesh_.IsLive(vertex)) continue;
+    for (const TriangleId fan : FansOf(mesh_, vertex)) {
+      star_.Gather(mesh_, vertex, fan);
+      const std::int32_t swaps = flipper_.AroundMoved(star_);
+      if (swaps == 0) continue;
+      report_.swap_count += swaps;
+      star_.Gather(mesh_, vertex);
+      for (const VertexId neighbor : star_.ring()) {
+        JoinFront(neighbor);
+        disturbed_.push_back(neighbor);
+      }
+      if (mesh_.vertex(vertex).pinched) break;  // The other fans come with the next sub-step.
+    }
+  }
+}
+
+bool Advance::Retriangulate(double s) {
+  PlaceAll(s);
+  Check(Scope::kAll);
+  std::vector<TriangleId> cavity;
+  for (const Spoiled& one : spoiled_) {
+    if (one.flipped) cavity.push_back(one.triangle);
+  }
+  if (cavity.empty()) {
+    Accept(s);
+    return true;
+  }
+  for (int rings = 0; rings < kCavityRingsMax; ++rings) {
+    std::vector<VertexId> corners;
+    for (const TriangleId id : cavity) {
+      const auto& v = mesh_.triangle(id).vertices;
+      corners.insert(corners.end(), v.begin(), v.end());
+    }
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    for (const VertexId vertex : corners) {
+      for (const TriangleId fan : FansOf(mesh_, vertex)) {
+        star_.Gather(mesh_, vertex, fan);
+        cavity.insert(cavity.end(), star_.triangles().begin(), star_.triangles().end());
+      }
+    }
+    std::sort(cavity.begin(), cavity.end());
+    cavity.erase(std::unique(cavity.begin(), cavity.end()), cavity.end());
+    if (cavity.size() > kCavityTrianglesMax) break;
+    const auto filled =
+        RetriangulateCavity(edit_, cavity, [&](VertexId vertex) { return !IsFree(vertex); });
+    if (!filled) continue;
+    ++report_.retriangulate_count;
+    report_.removed_count += static_cast<std::int64_t>(filled->removed.size());
+    for (const VertexId vertex : filled->corners) {
+      JoinFront(vertex);
+      disturbed_.push_back(vertex);
+    }
+    poor_.clear();
+    Accept(s);
+    return true;
+  }
+  TakeBack();
+  return false;
+}
+
+void Advance::NoteBlockers() {
+  std::vector<EdgeId> edges;
+  for (const Spoiled& one : spoiled_) {
+    for (const VertexId vertex : mesh_.triangle(one.triangle).vertices) {
+      if (mesh_.vertex(vertex).edge.valid()) edges.push_back(mesh_.vertex(vertex).edge);
+    }
+  }
+  for (const EdgeId edge : edges) {
+    if (!blockers_.first.valid()) {
+      blockers_.first = edge;
+    } else if (mesh_.edge(edge).segment != mesh_.edge(blockers_.first).segment) {
+      blockers_.second = edge;
+      return;
+    }
+  }
+}
+
+}  // namespace pliant

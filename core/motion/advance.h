@@ -1,0 +1,103 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <functional>
+#include <unordered_map>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/delaunay/metric_flip.h"
+#include "core/geometry/vec2.h"
+#include "core/mesh/mesh_edit.h"
+#include "core/mesh/star.h"
+#include "core/motion/motion.h"
+#include "core/motion/plan.h"
+
+namespace pliant {
+
+/// Carries a motion out on the mesh, in sub-steps after each of which every triangle is positive.
+///
+/// A sub-step that would turn a triangle over, or flatten it, is taken back and tried with half its
+/// length. Once it is short against the wanted edge length, what blocks it is removed: free
+/// vertices in the interior first, then vertices inside segments; then edges are swapped; at last a
+/// cavity is triangulated anew. Triangles that have become poor are swapped after each sub-step.
+///
+/// *Invariants*: between sub-steps the mesh is valid, apart from metrics of moved vertices, which
+/// are still those of where they were.
+/// *Threads*: one caller at a time.
+class Advance {
+ public:
+  /// Called after each sub-step with its time; for tests.
+  using Observer = std::function<void(double)>;
+
+  /// @param plan  complete: cuts made, riders and followers found. Must outlive this object.
+  Advance(MeshEdit& edit, const MotionPlan& plan, Observer observer = nullptr);
+
+  /// Goes on until time `limit`, or as far as possible. @return the time reached.
+  /// @par Cost O(m) per sub-step for m vertices that move against a neighbour
+  double RunTo(double limit);
+
+  /// The counts of the motion; fraction and edges are the caller's.
+  [[nodiscard]] const MotionReport& report() const { return report_; }
+
+  /// Live vertices whose surroundings are not what they were, ascending.
+  [[nodiscard]] std::vector<VertexId> Disturbed() const;
+
+  /// Two constrained edges at triangles that could not be kept; none if it ran to its end.
+  [[nodiscard]] std::pair<EdgeId, EdgeId> Blockers() const { return blockers_; }
+
+ private:
+  /// A triangle that a sub-step would spoil.
+  struct Spoiled {
+    TriangleId triangle;
+    double step = 0;  ///< Longest metric length that a corner of it was to go.
+    bool flipped = false;
+  };
+  enum class Scope { kFront, kAll };
+  enum class When { kBefore, kNow };
+
+  [[nodiscard]] bool IsFree(VertexId vertex) const;
+  [[nodiscard]] std::int32_t GroupOf(VertexId vertex) const;
+  [[nodiscard]] Vec2 PositionAt(VertexId vertex, double s) const;
+  void FindFront();
+  void JoinFront(VertexId vertex);
+  void PlaceAll(double s);
+  void PlaceRider(const Rider& rider, double s);
+  void TakeBack();
+  void Check(Scope scope);
+  void CheckTriangle(TriangleId id);
+  [[nodiscard]] double Height(const TriangleRecord& triangle, When when) const;
+  [[nodiscard]] Vec2 PositionBefore(VertexId vertex) const;
+  /// Makes room where the last try failed. @return true if something was changed.
+  bool MakeRoom(double s);
+  bool RemoveOne(TriangleId id);
+  bool Remove(VertexId vertex);
+  bool SwapOne(TriangleId id, double s);
+  [[nodiscard]] bool StaysPositive(VertexId a, VertexId b, VertexId c, double s) const;
+  void Accept(double s);
+  void SwapPoor();
+  bool Retriangulate(double s);
+  void NoteBlockers();
+
+  MeshEdit& edit_;
+  const Mesh& mesh_;
+  const MotionPlan& plan_;
+  const Observer observer_;
+  MetricFlipper flipper_;
+  MotionReport report_;
+  double time_ = 0;  ///< Of the last accepted sub-step.
+
+  std::vector<VertexId> moving_;  ///< Movers, then riders, in the plan's order.
+  std::vector<Vec2> before_;      ///< Their positions before the last try.
+  std::unordered_map<std::int32_t, std::size_t> place_of_;  ///< In moving_, by slot.
+  std::vector<VertexId> front_;  ///< Those with a neighbour that does not move alike.
+  std::vector<bool> in_front_;   ///< By place.
+  std::vector<Spoiled> spoiled_;
+  std::vector<VertexId> poor_;  ///< Front vertices with a triangle of low quality.
+  std::vector<VertexId> disturbed_;
+  std::pair<EdgeId, EdgeId> blockers_;
+  Star star_;
+};
+
+}  // namespace pliant

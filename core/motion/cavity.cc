@@ -1,0 +1,182 @@
+#include "core/motion/cavity.h"
+
+#include <algorithm>
+#include <array>
+#include <cstdint>
+#include <map>
+#include <utility>
+
+#include "core/delaunay/triangulate.h"
+#include "core/geometry/domain.h"
+#include "core/mesh/star.h"
+
+namespace pliant {
+namespace {
+
+/// A side of a triangle in the direction that has the triangle on its left.
+using Directed = std::pair<VertexId, VertexId>;
+
+class CavityFiller {
+ public:
+  CavityFiller(MeshEdit& edit, const std::vector<TriangleId>& cavity,
+               const std::function<bool(VertexId)>& keeps)
+      : edit_(edit), mesh_(edit.mesh()), cavity_(cavity), keeps_(keeps) {
+    std::sort(cavity_.begin(), cavity_.end());
+    cavity_.erase(std::unique(cavity_.begin(), cavity_.end()), cavity_.end());
+  }
+
+  std::optional<Retriangulated> Run() {
+    FindWalls();
+    FindPoints();
+    if (!MakeDomain()) return std::nullopt;
+    const Result<DomainTriangulation> filled = TriangulateDomain(domain_);
+    if (!filled.ok()) return std::nullopt;
+    std::optional<std::vector<NewTriangle>> triangles = Inside(*filled);
+    if (!triangles || !CoversWalls(*triangles)) return std::nullopt;
+    edit_.ReplaceCavity(cavity_, *triangles);
+    for (const VertexId vertex : gone_) edit_.RemoveVertex(vertex);
+    return Retriangulated{gone_, points_};
+  }
+
+ private:
+  [[nodiscard]] bool InCavity(TriangleId id) const {
+    return std::binary_search(cavity_.begin(), cavity_.end(), id);
+  }
+
+  /// Every side that stays: the rim, and constrained edges from either side.
+  void FindWalls() {
+    for (const TriangleId id : cavity_) {
+      const TriangleRecord& record = mesh_.triangle(id);
+      for (int side = 0; side < 3; ++side) {
+        const auto s = static_cast<std::size_t>(side);
+        if (((record.constrained >> side) & 1) == 0 && InCavity(record.neighbors[s])) continue;
+        walls_.emplace(Directed{record.vertices[static_cast<std::size_t>(NextCorner(side))],
+                                record.vertices[static_cast<std::size_t>(PreviousCorner(side))]},
+                       record.region);
+      }
+    }
+  }
+
+  void FindPoints() {
+    std::vector<VertexId> corners;
+    for (const TriangleId id : cavity_) {
+      const auto& v = mesh_.triangle(id).vertices;
+      corners.insert(corners.end(), v.begin(), v.end());
+    }
+    std::sort(corners.begin(), corners.end());
+    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+    std::vector<VertexId> on_walls;
+    for (const auto& [side, region] : walls_) {
+      on_walls.push_back(side.first);
+      on_walls.push_back(side.second);
+    }
+    std::sort(on_walls.begin(), on_walls.end());
+    for (const VertexId vertex : corners) {
+      const bool stays = std::binary_search(on_walls.begin(), on_walls.end(), vertex) ||
+                         mesh_.vertex(vertex).fixed || keeps_(vertex);
+      (stays ? points_ : gone_).push_back(vertex);
+    }
+  }
+
+  [[nodiscard]] std::int32_t Dense(VertexId vertex) const {
+    return static_cast<std::int32_t>(std::lower_bound(points_.begin(), points_.end(), vertex) -
+                                     points_.begin());
+  }
+
+  bool MakeDomain() {
+    for (const VertexId vertex : points_) domain_.points.push_back(mesh_.position(vertex));
+    for (const auto& [side, region] : walls_) {
+      const auto [a, b] = side;
+      if (walls_.contains({b, a}) && b < a) continue;  // A constrained edge has two sides.
+      domain_.segments.push_back({Dense(a), Dense(b), 0});
+    }
+    return !domain_.points.empty();
+  }
+
+  /// The triangles left of the walls, with the regions that were there; the others fill holes of
+  /// the cavity. Nothing if a part has no wall or walls that disagree.
+  [[nodiscard]] std::optional<std::vector<NewTriangle>> Inside(
+      const DomainTriangulation& filled) const {
+    enum class Part : std::uint8_t { kUnknown, kInside, kOutside };
+    const std::size_t count = filled.triangles.size();
+    std::vector<bool> seen(count, false);
+    std::vector<NewTriangle> inside;
+    std::vector<std::size_t> stack;
+    std::vector<std::size_t> members;
+    for (std::size_t start = 0; start < count; ++start) {
+      if (seen[start]) continue;
+      Part part = Part::kUnknown;
+      std::int32_t region = 0;
+      members.clear();
+      stack = {start};
+      seen[start] = true;
+      while (!stack.empty()) {
+        const std::size_t t = stack.back();
+        stack.pop_back();
+        members.push_back(t);
+        const auto& triangle = filled.triangles[t];
+        for (std::size_t side = 0; side < 3; ++side) {
+          if (triangle.segments[side] < 0) {
+            const std::int32_t next = triangle.neighbors[side];
+            if (next < 0) return std::nullopt;
+            if (seen[static_cast<std::size_t>(next)]) continue;
+            seen[static_cast<std::size_t>(next)] = true;
+            stack.push_back(static_cast<std::size_t>(next));
+            continue;
+          }
+          const auto wall = walls_.find(
+              {PointOf(triangle.points[(side + 1) % 3]), PointOf(triangle.points[(side + 2) % 3])});
+          const Part found = wall == walls_.end() ? Part::kOutside : Part::kInside;
+          const bool differs = part == Part::kInside && found == part && wall->second != region;
+          if ((part != Part::kUnknown && part != found) || differs) return std::nullopt;
+          part = found;
+          if (found == Part::kInside) region = wall->second;
+        }
+      }
+      if (part != Part::kInside) continue;
+      for (const std::size_t t : members) {
+        const auto& p = filled.triangles[t].points;
+        inside.push_back({{PointOf(p[0]), PointOf(p[1]), PointOf(p[2])}, region});
+      }
+    }
+    return inside;
+  }
+
+  [[nodiscard]] VertexId PointOf(std::int32_t dense) const {
+    return points_[static_cast<std::size_t>(dense)];
+  }
+
+  /// Every wall has its triangle and every point is used.
+  [[nodiscard]] bool CoversWalls(const std::vector<NewTriangle>& triangles) const {
+    std::size_t walls = 0;
+    std::vector<bool> used(points_.size(), false);
+    for (const NewTriangle& triangle : triangles) {
+      for (std::size_t k = 0; k < 3; ++k) {
+        const VertexId a = triangle.vertices[k];
+        const VertexId b = triangle.vertices[(k + 1) % 3];
+        used[static_cast<std::size_t>(Dense(a))] = true;
+        if (walls_.contains({a, b})) ++walls;
+      }
+    }
+    return walls == walls_.size() && std::find(used.begin(), used.end(), false) == used.end();
+  }
+
+  MeshEdit& edit_;
+  const Mesh& mesh_;
+  std::vector<TriangleId> cavity_;
+  const std::function<bool(VertexId)>& keeps_;
+  std::map<Directed, std::int32_t> walls_;
+  std::vector<VertexId> points_;
+  std::vector<VertexId> gone_;
+  Domain domain_;
+};
+
+}  // namespace
+
+std::optional<Retriangulated> RetriangulateCavity(MeshEdit& edit,
+                                                  const std::vector<TriangleId>& cavity,
+                                                  const std::function<bool(VertexId)>& keeps) {
+  return CavityFiller(edit, cavity, keeps).Run();
+}
+
+}  // namespace pliant

@@ -1,0 +1,371 @@
+#include "core/motion/plan.h"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <queue>
+#include <string>
+#include <tuple>
+#include <unordered_map>
+#include <unordered_set>
+#include <utility>
+
+#include "core/base/check.h"
+#include "core/mesh/star.h"
+#include "core/metric/math_functions.h"
+
+namespace pliant {
+namespace {
+
+constexpr double kAngleMax = 1000;
+constexpr std::size_t kDegreeMax = 16;
+/// A piece of a turn: its chord deviates from the arc by 0.1 % of the radius.
+constexpr double kAngleOfPiece = 0.09;
+constexpr std::int32_t kPiecesOfPath = 16;
+/// A named vertex this far off its segment, as a share of the coordinates, still lies on it: some
+/// thousand roundings, and below what Validate lets pass.
+constexpr double kOffSegment = 1e-12;
+
+Error MotionError(ErrorCode code, const char* field, std::size_t index, const std::string& what) {
+  return {code, "entry " + std::to_string(index) + " of " + field + " " + what, field,
+          static_cast<std::int64_t>(index)};
+}
+
+bool SameBits(Vec2 a, Vec2 b) {
+  return std::bit_cast<std::uint64_t>(a.x) == std::bit_cast<std::uint64_t>(b.x) &&
+         std::bit_cast<std::uint64_t>(a.y) == std::bit_cast<std::uint64_t>(b.y);
+}
+
+/// Calls visit(edge) for every constrained edge at a vertex.
+template <class Visit>
+void ForEachEdgeAt(const Mesh& mesh, VertexId vertex, Visit visit) {
+  for (EdgeId id = mesh.vertex(vertex).edge; id.valid();) {
+    const EdgeRecord& edge = mesh.edge(id);
+    const EdgeId next = edge.next[edge.vertices[0] == vertex ? 0 : 1];
+    visit(id);
+    id = next;
+  }
+}
+
+/// Calls visit(vertex, t) for every vertex inside a segment, from its beginning on.
+template <class Visit>
+void ForEachInside(const Mesh& mesh, std::int32_t segment, Visit visit) {
+  VertexId at = mesh.segments()[static_cast<std::size_t>(segment)].a;
+  const VertexId end = mesh.segments()[static_cast<std::size_t>(segment)].b;
+  for (;;) {
+    EdgeId next;
+    ForEachEdgeAt(mesh, at, [&](EdgeId id) {
+      const EdgeRecord& edge = mesh.edge(id);
+      if (edge.segment == segment && edge.vertices[0] == at) next = id;
+    });
+    PLIANT_CHECK(next.valid(), "segment", segment, "vertex", at);
+    at = mesh.edge(next).vertices[1];
+    if (at == end) return;
+    visit(at, mesh.edge(next).parameters[1]);
+  }
+}
+
+Status CheckShape(const PathShape& shape, std::size_t index) {
+  const auto bad = [&](ErrorCode code, const std::string& what) {
+    return MotionError(code, "motion.tags", index, what);
+  };
+  bool finite = true;
+  if (const auto* translation = std::get_if<Translation>(&shape)) {
+    finite = IsFinite(translation->by);
+  } else if (const auto* rotation = std::get_if<Rotation>(&shape)) {
+    finite = IsFinite(rotation->center) && std::isfinite(rotation->angle_rad);
+    if (finite && std::fabs(rotation->angle_rad) > kAngleMax) {
+      return bad(ErrorCode::kOutOfRange,
+                 "turns by more than 1000 radians; turn in several updates");
+    }
+  } else if (const auto* map = std::get_if<AffineMap>(&shape)) {
+    finite = IsFinite(map->b) && IsFinite(Vec2{map->a11, map->a12}) &&
+             IsFinite(Vec2{map->a21, map->a22});
+    if (finite && !(map->a11 * map->a22 - map->a12 * map->a21 > 0)) {
+      return bad(ErrorCode::kOutOfRange, "has a determinant that is not positive");
+    }
+  } else {
+    const auto& path = std::get<PolynomialPath>(shape).coefficients;
+    if (path.empty() || path.size() > kDegreeMax) {
+      return bad(ErrorCode::kOutOfRange,
+                 "has " + std::to_string(path.size()) + " coefficients; expected 1 to 16");
+    }
+    for (const Vec2 c : path) finite = finite && IsFinite(c);
+  }
+  if (!finite) return bad(ErrorCode::kNotFinite, "has a number that is NaN or infinite");
+  return {};
+}
+
+}  // namespace
+
+Result<MotionPlan> MotionPlan::Make(const Mesh& mesh, MotionRequest request) {
+  MotionPlan plan(std::move(request));
+  if (!(plan.request_.follow_length >= 0) || !std::isfinite(plan.request_.follow_length)) {
+    return Error{ErrorCode::kOutOfRange, "motion.follow_length must be a finite number >= 0",
+                 "motion.follow_length"};
+  }
+  PLIANT_RETURN_IF_ERROR(plan.AddNamed(mesh));
+  PLIANT_RETURN_IF_ERROR(plan.AddTagged(mesh));
+  plan.SetPieceCount();
+  plan.ChooseCuts(mesh);
+  return plan;
+}
+
+Status MotionPlan::AddNamed(const Mesh& mesh) {
+  const std::vector<VertexId>& vertices = request_.vertices;
+  const std::vector<Vec2>& positions = request_.positions;
+  if (vertices.size() != positions.size()) {
+    return Error{ErrorCode::kArrayLength,
+                 "there are " + std::to_string(positions.size()) + " positions for " +
+                     std::to_string(vertices.size()) + " vertices; send one for each",
+                 "motion.positions"};
+  }
+  std::unordered_set<std::int32_t> seen;
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    const VertexId id = vertices[i];
+    if (!mesh.IsLive(id)) {
+      return MotionError(
+          ErrorCode::kIndexOutOfRange, "motion.vertices", i,
+          "is " + std::to_string(id.value()) + ", which is no vertex of this revision");
+    }
+    if (!seen.insert(id.value()).second) {
+      return MotionError(ErrorCode::kDuplicateId, "motion.vertices", i,
+                         "names vertex " + std::to_string(id.value()) + " a second time");
+    }
+    if (!IsFinite(positions[i])) {
+      return MotionError(ErrorCode::kNotFinite, "motion.positions", i, "is NaN or infinite");
+    }
+    const VertexRecord& record = mesh.vertex(id);
+    if (record.edge.valid() && !record.fixed) {
+      const std::int32_t segment = mesh.edge(record.edge).segment;
+      named_.emplace(id.value(), Named{segment, id, positions[i]});
+    } else if (!record.edge.valid() || !SameBits(record.position, positions[i])) {
+      movers_.push_back({id, record.position, positions[i]});
+    }
+  }
+  return {};
+}
+
+Status MotionPlan::AddTagged(const Mesh& mesh) {
+  std::unordered_map<std::int32_t, std::int32_t> shape_of;
+  for (std::size_t i = 0; i < request_.tags.size(); ++i) {
+    PLIANT_RETURN_IF_ERROR(CheckShape(request_.tags[i].shape, i));
+    for (const std::int32_t tag : request_.tags[i].tags) {
+      if (!shape_of.emplace(tag, static_cast<std::int32_t>(i)).second) {
+        return MotionError(ErrorCode::kDuplicateId, "motion.tags", i,
+                           "names tag " + std::to_string(tag) + " a second time");
+      }
+    }
+  }
+  if (shape_of.empty()) return {};
+  std::unordered_set<std::int32_t> found;
+  std::vector<std::pair<VertexId, std::int32_t>> points;
+  for (std::int32_t e = 0; e < mesh.edge_slots(); ++e) {
+    const EdgeRecord& edge = mesh.edge(EdgeId(e));
+    if (!edge.live) continue;
+    const auto shape = shape_of.find(edge.tag);
+    if (shape == shape_of.end()) continue;
+    found.insert(edge.tag);
+    for (const VertexId end : edge.vertices) {
+      if (mesh.vertex(end).fixed) points.emplace_back(end, shape->second);
+    }
+  }
+  for (std::size_t i = 0; i < request_.tags.size(); ++i) {
+    for (const std::int32_t tag : request_.tags[i].tags) {
+      if (!found.contains(tag)) {
+        return MotionError(ErrorCode::kIndexOutOfRange, "motion.tags", i,
+                           "names tag " + std::to_string(tag) + ", which no edge has");
+      }
+    }
+  }
+  std::unordered_set<std::int32_t> known;
+  for (const Mover& mover : movers_) known.insert(mover.vertex.value());
+  // By vertex, then by the place of the motion in the list: the first one wins.
+  std::sort(points.begin(), points.end());
+  for (const auto& [vertex, shape] : points) {
+    if (!known.insert(vertex.value()).second) continue;
+    const Vec2 p = mesh.position(vertex);
+    movers_.push_back({vertex, p, p, shape});
+  }
+  return {};
+}
+
+void MotionPlan::SetPieceCount() {
+  for (const TagMotion& motion : request_.tags) {
+    std::int32_t count = 1;
+    if (const auto* rotation = std::get_if<Rotation>(&motion.shape)) {
+      count = static_cast<std::int32_t>(std::fabs(rotation->angle_rad) / kAngleOfPiece) + 1;
+    } else if (const auto* path = std::get_if<PolynomialPath>(&motion.shape)) {
+      if (path->coefficients.size() > 1) count = kPiecesOfPath;
+    }
+    piece_count_ = std::max(piece_count_, count);
+  }
+}
+
+void MotionPlan::ChooseCuts(const Mesh& mesh) {
+  for (std::size_t i = 0; i < movers_.size(); ++i) mover_of_.emplace(movers_[i].vertex.value(), i);
+  std::unordered_map<std::int32_t, bool> straight;
+  // In the order of the request, not of the map.
+  for (const VertexId vertex : request_.vertices) {
+    const auto named = named_.find(vertex.value());
+    if (named == named_.end()) continue;
+    const auto [known, is_new] = straight.emplace(named->second.segment, false);
+    if (is_new) known->second = StaysStraight(mesh, named->second.segment);
+    if (known->second) continue;
+    cuts_.push_back(vertex);
+    mover_of_.emplace(vertex.value(), movers_.size());
+    movers_.push_back({vertex, mesh.position(vertex), named->second.to});
+    named_.erase(named);
+  }
+}
+
+bool MotionPlan::StaysStraight(const Mesh& mesh, std::int32_t segment) const {
+  const SegmentRecord& line = mesh.segments()[static_cast<std::size_t>(segment)];
+  const Vec2 a = EndOf(mesh, line.a);
+  const Vec2 along = EndOf(mesh, line.b) - a;
+  const double slack = kOffSegment * (Length(along) + Length(a));
+  double last = 0;
+  bool straight = Dot(along, along) > 0;
+  ForEachInside(mesh, segment, [&](VertexId vertex, double t) {
+    const auto named = named_.find(vertex.value());
+    if (named != named_.end()) {
+      t = Dot(named->second.to - a, along) / Dot(along, along);
+      straight = straight && Length(named->second.to - (a + t * along)) <= slack;
+    }
+    straight = straight && last < t && t < 1;
+    last = t;
+  });
+  return straight;
+}
+
+Vec2 MotionPlan::EndOf(const Mesh& mesh, VertexId vertex) const {
+  const auto mover = mover_of_.find(vertex.value());
+  return mover == mover_of_.end() ? mesh.position(vertex) : At(movers_[mover->second], 1);
+}
+
+void MotionPlan::FindRiders(const Mesh& mesh) {
+  for (const Mover& mover : movers_) {
+    ForEachEdgeAt(mesh, mover.vertex,
+                  [&](EdgeId id) { segments_.push_back(mesh.edge(id).segment); });
+  }
+  for (const auto& [slot, named] : named_) {
+    if (!SameBits(mesh.position(named.vertex), named.to)) segments_.push_back(named.segment);
+  }
+  std::sort(segments_.begin(), segments_.end());
+  segments_.erase(std::unique(segments_.begin(), segments_.end()), segments_.end());
+  for (const std::int32_t segment : segments_) {
+    const SegmentRecord& line = mesh.segments()[static_cast<std::size_t>(segment)];
+    const Vec2 a = EndOf(mesh, line.a);
+    const Vec2 along = EndOf(mesh, line.b) - a;
+    ForEachInside(mesh, segment, [&](VertexId vertex, double t) {
+      Rider rider{.vertex = vertex, .segment = segment, .t = t, .t_end = t, .to = {}};
+      const auto named = named_.find(vertex.value());
+      if (named != named_.end()) {
+        rider.given = true;
+        rider.to = named->second.to;
+        rider.t_end = Dot(rider.to - a, along) / Dot(along, along);
+      }
+      riders_.push_back(rider);
+    });
+  }
+}
+
+void MotionPlan::AddFollowers(const Mesh& mesh) {
+  if (request_.follow_length == 0) return;
+  // Dijkstra over the edges: every follower moves like the mover that is nearest to it.
+  using Entry = std::tuple<double, VertexId, std::size_t>;
+  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  std::unordered_set<std::int32_t> done;
+  for (std::size_t i = 0; i < movers_.size(); ++i) {
+    const VertexId vertex = movers_[i].vertex;
+    if (mesh.vertex(vertex).edge.valid()) {
+      queue.emplace(0, vertex, i);
+    } else {
+      done.insert(vertex.value());
+    }
+  }
+  for (const Rider& rider : riders_) {
+    const SegmentRecord& segment = mesh.segments()[static_cast<std::size_t>(rider.segment)];
+    const auto a = mover_of_.find(segment.a.value());
+    // A segment of which one end stays leads nobody: it stretches.
+    if (a != mover_of_.end() && mover_of_.contains(segment.b.value()))
+      queue.emplace(0, rider.vertex, a->second);
+  }
+  Star star;
+  while (!queue.empty()) {
+    const auto [distance, vertex, source] = queue.top();
+    queue.pop();
+    if (!done.insert(vertex.value()).second) continue;
+    const VertexRecord& record = mesh.vertex(vertex);
+    if (distance > 0) {
+      // What lies behind another wall does not belong to the layer.
+      if (record.edge.valid() || record.fixed) continue;
+      const Mover& leader = movers_[source];
+      movers_.push_back({vertex, record.position, record.position + (leader.to - leader.from),
+                         leader.shape, false});
+    }
+    for (const TriangleId fan : FansOf(mesh, vertex)) {
+      star.Gather(mesh, vertex, fan);
+      for (const VertexId neighbor : star.ring()) {
+        const double reach = distance + Distance(record.position, record.metric,
+                                                 mesh.position(neighbor), mesh.metric(neighbor));
+        if (reach <= request_.follow_length && !done.contains(neighbor.value())) {
+          queue.emplace(reach, neighbor, source);
+        }
+      }
+    }
+  }
+}
+
+MotionPlan::Map MotionPlan::MapOf(const PathShape& shape, double s) {
+  Map map;
+  if (const auto* translation = std::get_if<Translation>(&shape)) {
+    map.shift = s * translation->by;
+  } else if (const auto* rotation = std::get_if<Rotation>(&shape)) {
+    static const auto* sine = FindMathFunction("sin");
+    static const auto* cosine = FindMathFunction("cos");
+    const double angle = s * rotation->angle_rad;
+    map.center = rotation->center;
+    map.column_x = {cosine->unary(angle), sine->unary(angle)};
+    map.column_y = {-map.column_x.y, map.column_x.x};
+  } else if (const auto* affine = std::get_if<AffineMap>(&shape)) {
+    map.column_x = {1 + s * (affine->a11 - 1), s * affine->a21};
+    map.column_y = {s * affine->a12, 1 + s * (affine->a22 - 1)};
+    map.shift = s * affine->b;
+  } else {
+    const auto& path = std::get<PolynomialPath>(shape).coefficients;
+    for (std::size_t k = path.size(); k-- > 0;) map.shift = s * (map.shift + path[k]);
+  }
+  return map;
+}
+
+Metric MotionPlan::Carried(const Mover& mover, const Metric& metric, double s) const {
+  if (mover.shape == Mover::kStraight) return metric;
+  const Map map = MapOf(request_.tags[static_cast<std::size_t>(mover.shape)].shape, s);
+  // An edge e becomes F e, and keeps its length in F^-T M F^-1.
+  const double determinant = Cross(map.column_x, map.column_y);
+  if (!(determinant > 0)) return metric;
+  const Vec2 x = (1 / determinant) * Vec2{map.column_y.y, -map.column_x.y};
+  const Vec2 y = (1 / determinant) * Vec2{-map.column_y.x, map.column_x.x};
+  const Metric carried{SquaredLength(metric, x), InnerProduct(metric, x, y),
+                       SquaredLength(metric, y)};
+  return IsPositiveDefinite(carried) ? carried : metric;
+}
+
+Vec2 MotionPlan::At(const Mover& mover, double s) const {
+  if (s == 0) return mover.from;
+  if (mover.shape == Mover::kStraight) {
+    return s == 1 ? mover.to : mover.from + s * (mover.to - mover.from);
+  }
+  if (s != cached_time_) {
+    cached_maps_.clear();
+    for (const TagMotion& motion : request_.tags) cached_maps_.push_back(MapOf(motion.shape, s));
+    cached_time_ = s;
+  }
+  const Map& map = cached_maps_[static_cast<std::size_t>(mover.shape)];
+  if (map.column_x == Vec2{1, 0} && map.column_y == Vec2{0, 1}) return mover.from + map.shift;
+  const Vec2 arm = mover.from - map.center;
+  return map.center + arm.x * map.column_x + arm.y * map.column_y + map.shift;
+}
+
+}  // namespace pliant

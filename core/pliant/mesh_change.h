@@ -1,0 +1,32 @@
+#pragma once
+
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/base/result.h"
+#include "core/mesh/mesh_edit.h"
+
+namespace pliant {
+
+/// A change of the mesh that is not the loop's, such as a boundary that moves. Remesher carries it
+/// out between two runs of the loop; who makes one lies in the layers above.
+class MeshChange {
+ public:
+  /// What Remesher does afterwards.
+  struct Outcome {
+    /// Live vertices whose surroundings have changed: they wake. None twice.
+    std::vector<VertexId> disturbed;
+    /// Live vertices that lie elsewhere now: the metric is asked for there. None twice.
+    std::vector<VertexId> moved;
+    /// Live vertices that brought their tensors along: the metric follows them. None twice and
+    /// none of `moved`.
+    std::vector<VertexId> carriers;
+  };
+
+  virtual ~MeshChange() = default;
+
+  /// Changes the mesh. On an error the caller undoes what was done.
+  virtual Result<Outcome> Apply(MeshEdit& edit) = 0;
+};
+
+}  // namespace pliant
