@@ -18,9 +18,7 @@ class RemesherEngine final : public Engine {
   Result<Progress> Step(const Budget& budget) override { return remesher_->Step(budget); }
   MeshDiff Commit() override { return remesher_->Commit(); }
   void Rollback() override { remesher_->Rollback(); }
-  MeshDiff Snapshot() const override {
-    return SnapshotOf(remesher_->mesh(), remesher_->revision());
-  }
+  MeshDiff Snapshot() const override { return remesher_->Snapshot(); }
   Quality MeasureQuality() const override {
     return pliant::MeasureQuality(remesher_->mesh(), remesher_->field());
   }

@@ -38,7 +38,7 @@ class Engine {
   virtual Result<Progress> Step(const Budget& budget) = 0;
   virtual MeshDiff Commit() = 0;
   virtual void Rollback() = 0;
-  /// The whole mesh as a diff from nothing. Meant for a committed state.
+  /// The whole mesh of the last commit as a diff from nothing, whatever has changed since.
   [[nodiscard]] virtual MeshDiff Snapshot() const = 0;
   [[nodiscard]] virtual Quality MeasureQuality() const = 0;
   /// What is wrong with the mesh, a sentence each: asked after a bug, before going on.

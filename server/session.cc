@@ -20,6 +20,8 @@ Session::Session(Environment environment, std::string session_id,
     : environment_(std::move(environment)),
       session_id_(std::move(session_id)),
       calls_({.count_max = kCallsMax, .bytes_max = SIZE_MAX}),
+      followers_(kSubscribersMax),
+      history_(kHistoryBytesMax),
       results_(kUpdateResultsMax) {
   info_.session_id = session_id_;
   info_.labels = std::move(labels);
@@ -52,6 +54,23 @@ Status Session::Attach(std::shared_ptr<Editor> editor) {
 void Session::Detach(const Editor* editor) {
   const std::lock_guard lock(mutex_);
   if (editor_.get() == editor) editor_ = nullptr;
+}
+
+Status Session::Subscribe(std::shared_ptr<Subscriber> subscriber, Revision mirror_revision) {
+  {
+    // Under the lock: a session that ends closes those who came before.
+    const std::lock_guard lock(mutex_);
+    if (close_error_) return *close_error_;
+    if (drain_error_) return *drain_error_;
+    PLIANT_RETURN_IF_ERROR(followers_.Add(std::move(subscriber), mirror_revision));
+  }
+  WakeForSubscriber();
+  return {};
+}
+
+void Session::WakeForSubscriber() {
+  followers_wait_ = true;
+  Wake();
 }
 
 void Session::CancelAdvance(std::int64_t update_id) {
@@ -133,6 +152,11 @@ Task::Outcome Session::RunUnguarded(Clock::Time slice_end) {
       TearDown(*close_error);
       return Outcome::kIdle;
     }
+    if (followers_wait_.exchange(false) && !ServeFollowers(slice_end)) {
+      followers_wait_ = true;
+      // An advance that runs gets its part of the next slice all the same.
+      if (!advance_) return Outcome::kMore;
+    }
     if (advance_) {
       if (!ContinueAdvance(slice_end)) return Outcome::kMore;
     } else if (!HandleOneThing()) {
@@ -161,6 +185,7 @@ bool Session::HandleOneThing() {
     current_call_ = nullptr;
     return true;
   }
+  if (drain_error) followers_.CloseAll(*drain_error);
   if (editor == nullptr) return false;
   if (drain_error) {
     Detach(editor.get());
@@ -234,14 +259,37 @@ void Session::HandleOpen(const std::shared_ptr<Editor>& editor, const OpenComman
                             .active_count = active_count_,
                             .staged_count = engine_->staged_count()};
   editor->Send(std::move(opened));
-  if (mirror_ == Mirror::kFull && open.mirror_revision != revision_ &&
-      revision_ != Revision::kNone) {
-    SessionEvent snapshot = MakeEvent(0);
-    snapshot.body = SnapshotEvent{.snapshot = engine_->engine().Snapshot(),
-                                  .applied_update_id = applied_update_id_};
-    editor->Send(std::move(snapshot));
-  }
+  if (mirror_ == Mirror::kFull) SendMissed(editor, open.mirror_revision);
   editor->CommandDone();
+}
+
+// What takes a mirror to the current revision: one diff, or a snapshot if the history is too short.
+void Session::SendMissed(const std::shared_ptr<Editor>& editor, Revision mirror_revision) {
+  if (mirror_revision == revision_ || revision_ == Revision::kNone) return;
+  SessionEvent event = MakeEvent(0);
+  std::shared_ptr<const MeshDiff> diff;
+  if (mirror_revision != Revision::kNone) diff = history_.Since(mirror_revision);
+  if (diff != nullptr) {
+    event.body = DiffEvent{std::move(diff), applied_update_id_};
+  } else {
+    event.body = SnapshotEvent{std::make_shared<const MeshDiff>(engine_->engine().Snapshot()),
+                               applied_update_id_};
+  }
+  editor->Send(std::move(event));
+}
+
+bool Session::ServeFollowers(Clock::Time slice_end) {
+  if (!engine_) return true;
+  const Followers::Source source{
+      .revision = revision_,
+      .applied_update_id = applied_update_id_,
+      .history = &history_,
+      .snapshot = [this] {
+        return std::make_shared<const MeshDiff>(engine_->engine().Snapshot());
+      }};
+  const bool all_served = followers_.Serve(source, *environment_.clock, slice_end);
+  if (all_served) history_.Trim();
+  return all_served;
 }
 
 void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command) {
@@ -357,9 +405,11 @@ void Session::FinishAdvance(AdvanceEnd end) {
   advance_.reset();
   const Revision base_revision = revision_;
   const Clock::Time commit_begin = environment_.clock->Now();
-  MeshDiff diff = engine_->Commit();
+  const auto diff = std::make_shared<const MeshDiff>(engine_->Commit());
+  history_.Add(diff);
+  followers_wait_ = true;
   const Clock::Time now = environment_.clock->Now();
-  revision_ = diff.revision;
+  revision_ = diff->revision;
   applied_update_id_ = advance.update_id;
   active_count_ = advance.progress.active_count;
   {
@@ -371,13 +421,13 @@ void Session::FinishAdvance(AdvanceEnd end) {
     }
     info_.revision = revision_;
     info_.active_count = active_count_;
-    info_.summary = diff.summary;
+    info_.summary = diff->summary;
     info_.commit_time = environment_.clock->WallNow();
   }
   SessionEvent advanced = MakeEvent(advance.update_id);
   advanced.body = AdvancedEvent{
       .base_revision = base_revision,
-      .summary = diff.summary,
+      .summary = diff->summary,
       .progress = advance.progress,
       .end = end,
       .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute +
@@ -386,12 +436,12 @@ void Session::FinishAdvance(AdvanceEnd end) {
   environment_.log->Info("commit", {{"session", session_id_},
                                     {"update", std::to_string(advance.update_id)},
                                     {"revision", Text(revision_)},
-                                    {"vertices", std::to_string(diff.summary.vertex_count)},
+                                    {"vertices", std::to_string(diff->summary.vertex_count)},
                                     {"visits", std::to_string(advance.progress.counts.visits)},
                                     {"active", std::to_string(active_count_)}});
   if (mirror_ == Mirror::kFull) {
     SessionEvent event = MakeEvent(advance.update_id);
-    event.body = DiffEvent{.diff = std::move(diff), .applied_update_id = applied_update_id_};
+    event.body = DiffEvent{.diff = diff, .applied_update_id = applied_update_id_};
     advance.editor->Send(std::move(event));
   }
   Answer(advance.editor, std::move(advanced));

@@ -9,6 +9,8 @@
 #include <string>
 
 #include "server/clock.h"
+#include "server/diff_history.h"
+#include "server/followers.h"
 #include "server/inbox.h"
 #include "server/log.h"
 #include "server/scheduler.h"
@@ -77,6 +79,12 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   Status Attach(std::shared_ptr<Editor> editor);
   /// The editor is gone; its commands that were not begun are dropped, an advance goes on.
   void Detach(const Editor* editor);
+  /// Tells a subscriber what it misses from now on, beginning with a diff, a snapshot or, if its
+  /// revision is the current one, a bookmark. Error: kResourceExhausted.
+  Status Subscribe(std::shared_ptr<Subscriber> subscriber, Revision mirror_revision);
+  void Unsubscribe(const Subscriber* subscriber) { followers_.Remove(subscriber); }
+  /// A subscriber is ready for more.
+  void WakeForSubscriber();
   /// Ends the advance with this id early, now or when it begins.
   void CancelAdvance(std::int64_t update_id);
   /// Queues a call; the answer waits for a running advance. Error: kResourceExhausted.
@@ -113,6 +121,8 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   bool Build();
   bool HandleOneThing();
   void HandleCall(const SessionCall& call);
+  bool ServeFollowers(Clock::Time slice_end);
+  void SendMissed(const std::shared_ptr<Editor>& editor, Revision mirror_revision);
   void HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open);
   void HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
   void BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
@@ -143,7 +153,11 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   SessionInfo info_;                        // Guarded by mutex_.
   std::atomic<bool> stop_advance_ = false;  // Written under mutex_; the engine polls it.
 
+  Followers followers_;
+  std::atomic<bool> followers_wait_ = false;  // Somebody may have to be served.
+
   std::optional<StagedEngine> engine_;
+  DiffHistory history_;
   UpdateResults results_;
   Revision revision_ = Revision::kNone;
   std::int64_t applied_update_id_ = 0;

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/delaunay/import_mesh.h"
+#include "core/mesh/committed_snapshot.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/pliant/check_options.h"
 #include "core/pliant/followed_metric.h"
@@ -203,6 +204,11 @@ class Remesher::Impl {
 
   void UseHelpers(const Helpers& helpers) { helpers_ = helpers; }
 
+  [[nodiscard]] MeshDiff Snapshot() const {
+    PLIANT_CHECK(revision_ != Revision::kNone);
+    return CommittedSnapshot(edit_, revision_);
+  }
+
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] const MetricField& field() const { return followed_.field(); }
   [[nodiscard]] Revision revision() const { return revision_; }
@@ -322,6 +328,7 @@ MeshDiff Remesher::Commit() { return impl_->Commit(); }
 CommitWithTransfer Remesher::CommitAndTransfer() { return impl_->CommitAndTransfer(); }
 Status Remesher::SetFields(const FieldUpdate& update) { return impl_->SetFields(update); }
 void Remesher::Rollback() { impl_->Rollback(); }
+MeshDiff Remesher::Snapshot() const { return impl_->Snapshot(); }
 const Mesh& Remesher::mesh() const { return impl_->mesh(); }
 const MetricField& Remesher::field() const { return impl_->field(); }
 Revision Remesher::revision() const { return impl_->revision(); }

@@ -123,6 +123,10 @@ class Remesher {
   /// there is nothing to go back to. @pre revision() != kNone
   void Rollback();
 
+  /// The mesh of the last commit as a diff from nothing, whatever has changed since.
+  /// @pre revision() != kNone @par Cost O(mesh)
+  [[nodiscard]] MeshDiff Snapshot() const;
+
   [[nodiscard]] const Mesh& mesh() const;
   /// The metric that the mesh follows, limits applied.
   [[nodiscard]] const MetricField& field() const;
