@@ -23,6 +23,7 @@ class RemesherEngine final : public Engine {
     return pliant::MeasureQuality(remesher_->mesh(), remesher_->field());
   }
   std::vector<std::string> Validate() const override { return pliant::Validate(remesher_->mesh()); }
+  bool building() const override { return remesher_->building(); }
   Revision revision() const override { return remesher_->revision(); }
   std::int32_t vertex_count() const override { return remesher_->mesh().vertex_count(); }
 

@@ -53,6 +53,9 @@ inline constexpr std::size_t kHistoryBytesMax = 16 << 20;
 /// Time without news after which a subscriber gets a bookmark, in ms: a sign of life that costs
 /// nothing, and a point to resume from. Unless configured otherwise.
 inline constexpr std::int64_t kBookmarkMsDefault = 10'000;
+/// Least interval of commits within one advance, in ms: a commit costs what changed, and its reader
+/// has to keep up.
+inline constexpr std::int64_t kCommitIntervalMsMin = 10;
 
 // Scheduling.
 

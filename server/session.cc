@@ -9,19 +9,13 @@
 #include "server/limits.h"
 
 namespace pliant::server {
-namespace {
-
-std::string Text(Revision revision) { return std::to_string(static_cast<std::int64_t>(revision)); }
-
-}  // namespace
-
 Session::Session(Environment environment, std::string session_id,
                  std::map<std::string, std::string> labels)
     : environment_(std::move(environment)),
       session_id_(std::move(session_id)),
       calls_({.count_max = kCallsMax, .bytes_max = SIZE_MAX}),
       followers_(kSubscribersMax),
-      history_(kHistoryBytesMax),
+      history_(environment_.history_bytes_max),
       results_(kUpdateResultsMax) {
   info_.session_id = session_id_;
   info_.labels = std::move(labels);
@@ -328,140 +322,6 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
     accepted.body = AcceptedEvent{.staged_count = engine_->staged_count()};
     Answer(editor, std::move(accepted));
   }
-}
-
-void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
-                           const AdvanceSpec& spec) {
-  if (engine_->tainted()) {
-    const Status status = engine_->Discard();
-    Reject(editor, update_id,
-           status.ok() ? Error{ErrorCode::kUpdateRejected,
-                               "an update since the last advance was refused, so nothing was "
-                               "committed and the stage is empty now: send the step again",
-                               {}}
-                       : status.error());
-    return;
-  }
-  const Clock::Time now = environment_.clock->Now();
-  advance_ = RunningAdvance{.editor = editor,
-                            .update_id = update_id,
-                            .spec = spec,
-                            .begin = now,
-                            .progress = {},
-                            .last_progress = now};
-  const std::lock_guard lock(mutex_);
-  running_update_id_ = update_id;
-  stop_advance_ = cancel_update_id_ == update_id || close_error_ || drain_error_;
-  info_.running = true;
-}
-
-// Works on the advance until it ends (true) or the slice does (false).
-bool Session::ContinueAdvance(Clock::Time slice_end) {
-  RunningAdvance& advance = *advance_;
-  const Clock& clock = *environment_.clock;
-  for (;;) {
-    const std::int64_t visits_left = advance.spec.visits_max - advance.progress.counts.visits;
-    const Clock::Time step_begin = clock.Now();
-    const Result<Progress> result = engine_->Step(
-        {.visits_max = std::min(visits_left, kVisitsPerStep), .cancel = &stop_advance_});
-    const Clock::Time now = clock.Now();
-    advance.compute += now - step_begin;
-    if (!result.ok()) {
-      FailAdvance(result.error());
-      return true;
-    }
-    advance.progress = *result;
-    if (advance.progress.stop_reason == StopReason::kCancelled) {
-      const std::lock_guard lock(mutex_);
-      if (close_error_) return true;  // Nobody is left to commit for.
-    }
-    if (advance.progress.stop_reason != StopReason::kVisitBudget ||
-        advance.progress.counts.visits >= advance.spec.visits_max) {
-      FinishAdvance(AdvanceEnd::kEngine);
-      return true;
-    }
-    if (advance.spec.time_max && now - advance.begin >= *advance.spec.time_max) {
-      FinishAdvance(AdvanceEnd::kTimeBudget);
-      return true;
-    }
-    if (advance.spec.progress_interval &&
-        now - advance.last_progress >= *advance.spec.progress_interval) {
-      advance.last_progress = now;
-      SessionEvent event = MakeEvent(advance.update_id);
-      event.body = ProgressEvent{
-          .progress = advance.progress,
-          .vertex_count = engine_->engine().vertex_count(),
-          .elapsed = std::chrono::duration_cast<std::chrono::milliseconds>(now - advance.begin)};
-      advance.editor->Send(std::move(event));
-    }
-    if (now >= slice_end) return false;
-  }
-}
-
-void Session::FinishAdvance(AdvanceEnd end) {
-  RunningAdvance advance = *std::move(advance_);
-  current_editor_ = advance.editor;
-  current_update_id_ = advance.update_id;
-  advance_.reset();
-  const Revision base_revision = revision_;
-  const Clock::Time commit_begin = environment_.clock->Now();
-  const auto diff = std::make_shared<const MeshDiff>(engine_->Commit());
-  history_.Add(diff);
-  followers_wait_ = true;
-  const Clock::Time now = environment_.clock->Now();
-  revision_ = diff->revision;
-  applied_update_id_ = advance.update_id;
-  active_count_ = advance.progress.active_count;
-  {
-    const std::lock_guard lock(mutex_);
-    running_update_id_ = 0;
-    stop_advance_ = false;
-    if (drain_error_ && advance.progress.stop_reason == StopReason::kCancelled) {
-      end = AdvanceEnd::kServerClosing;
-    }
-    info_.revision = revision_;
-    info_.active_count = active_count_;
-    info_.summary = diff->summary;
-    info_.commit_time = environment_.clock->WallNow();
-  }
-  SessionEvent advanced = MakeEvent(advance.update_id);
-  advanced.body = AdvancedEvent{
-      .base_revision = base_revision,
-      .summary = diff->summary,
-      .progress = advance.progress,
-      .end = end,
-      .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute +
-                                                                       (now - commit_begin)),
-      .elapsed = std::chrono::duration_cast<std::chrono::microseconds>(now - advance.begin)};
-  environment_.log->Info("commit", {{"session", session_id_},
-                                    {"update", std::to_string(advance.update_id)},
-                                    {"revision", Text(revision_)},
-                                    {"vertices", std::to_string(diff->summary.vertex_count)},
-                                    {"visits", std::to_string(advance.progress.counts.visits)},
-                                    {"active", std::to_string(active_count_)}});
-  if (mirror_ == Mirror::kFull) {
-    SessionEvent event = MakeEvent(advance.update_id);
-    event.body = DiffEvent{.diff = diff, .applied_update_id = applied_update_id_};
-    advance.editor->Send(std::move(event));
-  }
-  Answer(advance.editor, std::move(advanced));
-  current_editor_ = nullptr;
-  current_update_id_ = 0;
-  PublishInfo();
-}
-
-void Session::FailAdvance(const Error& error) {
-  const RunningAdvance advance = *std::move(advance_);
-  advance_.reset();
-  {
-    const std::lock_guard lock(mutex_);
-    running_update_id_ = 0;
-    stop_advance_ = false;
-  }
-  const Status status = engine_->Discard();
-  PLIANT_CHECK(status.ok(), "discard", status.ok() ? "" : status.error().message);
-  Reject(advance.editor, advance.update_id, error);
-  PublishInfo();
 }
 
 void Session::Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_id,

@@ -12,6 +12,7 @@
 #include "server/diff_history.h"
 #include "server/followers.h"
 #include "server/inbox.h"
+#include "server/limits.h"
 #include "server/log.h"
 #include "server/scheduler.h"
 #include "server/session_messages.h"
@@ -31,6 +32,8 @@ class Editor {
   virtual std::optional<SessionCommand> NextCommand() = 0;
   /// The last command taken is answered in full.
   virtual void CommandDone() = 0;
+  /// Answers that nobody asked for may be made: the reader keeps up.
+  [[nodiscard]] virtual bool HasRoom() const = 0;
   /// Queues an event. Progress may be dropped if there is no room.
   virtual void Send(SessionEvent event) = 0;
   /// Sends what is queued and a closing event, then ends the stream with this error.
@@ -67,6 +70,9 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     EngineFactory factory;
     /// Called from a worker when a bug has ended the session: nobody should find it any more.
     std::function<void(const std::string& session_id)> on_broken;
+    /// Visits between two looks at the clock.
+    std::int64_t visits_per_step = kVisitsPerStep;
+    std::size_t history_bytes_max = kHistoryBytesMax;
   };
 
   Session(Environment environment, std::string session_id,
@@ -113,8 +119,11 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     AdvanceSpec spec;
     Clock::Time begin;
     std::chrono::nanoseconds compute{0};
-    Progress progress;
+    Revision base_revision = Revision::kNone;
+    Progress progress;            // Since the last commit...
+    LoopCounts committed_counts;  // ...and what this advance has committed before.
     Clock::Time last_progress;
+    Clock::Time last_commit;
   };
 
   Outcome RunUnguarded(Clock::Time slice_end);
@@ -128,6 +137,10 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
                     const AdvanceSpec& spec);
   bool ContinueAdvance(Clock::Time slice_end);
+  [[nodiscard]] std::int64_t VisitsOf(const RunningAdvance& advance) const;
+  void TellProgress(Clock::Time now);
+  void CommitOnTheWay(Clock::Time now);
+  std::shared_ptr<const MeshDiff> Commit(const RunningAdvance& advance);
   void FinishAdvance(AdvanceEnd end);
   void FailAdvance(const Error& error);
   void Answer(const std::shared_ptr<Editor>& editor, SessionEvent event);

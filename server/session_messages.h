@@ -63,6 +63,7 @@ struct AdvanceSpec {
   std::int64_t visits_max = INT64_MAX;
   std::optional<std::chrono::milliseconds> time_max = {};
   std::optional<std::chrono::milliseconds> progress_interval = {};
+  std::optional<std::chrono::milliseconds> commit_interval = {};
 };
 
 /// An update or advance that could not be converted: it comes all the same, so that its refusal

@@ -211,6 +211,7 @@ class Remesher::Impl {
 
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] const MetricField& field() const { return followed_.field(); }
+  [[nodiscard]] bool building() const { return nested_.has_value(); }
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] const Options& options() const { return options_; }
   [[nodiscard]] const FieldSet& fields() const { return fields_; }
@@ -331,6 +332,7 @@ void Remesher::Rollback() { impl_->Rollback(); }
 MeshDiff Remesher::Snapshot() const { return impl_->Snapshot(); }
 const Mesh& Remesher::mesh() const { return impl_->mesh(); }
 const MetricField& Remesher::field() const { return impl_->field(); }
+bool Remesher::building() const { return impl_->building(); }
 Revision Remesher::revision() const { return impl_->revision(); }
 const Options& Remesher::options() const { return impl_->options(); }
 const FieldSet& Remesher::fields() const { return impl_->fields(); }

@@ -130,6 +130,9 @@ class Remesher {
   [[nodiscard]] const Mesh& mesh() const;
   /// The metric that the mesh follows, limits applied.
   [[nodiscard]] const MetricField& field() const;
+  /// The first mesh is being built from coarse to fine: a commit now ends that, and what follows
+  /// takes longer.
+  [[nodiscard]] bool building() const;
   /// Of the last commit; kNone before the first.
   [[nodiscard]] Revision revision() const;
   [[nodiscard]] const Options& options() const;

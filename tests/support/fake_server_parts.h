@@ -152,6 +152,7 @@ class FakeEditor final : public Editor {
     return command;
   }
   void CommandDone() override { ++done_count; }
+  [[nodiscard]] bool HasRoom() const override { return has_room; }
   void Send(SessionEvent event) override { events.push_back(std::move(event)); }
   void Close(const Error& error) override { closed = error; }
 
