@@ -94,6 +94,7 @@ grpc::StatusCode StatusCodeOf(ErrorCode code) {
     case ErrorCode::kRevisionMismatch:
     case ErrorCode::kFileUnreadable:
     case ErrorCode::kFileUnwritable:
+    case ErrorCode::kDataVersion:
       return grpc::StatusCode::FAILED_PRECONDITION;
     case ErrorCode::kSessionBusy:
       return grpc::StatusCode::ABORTED;
@@ -109,6 +110,7 @@ grpc::StatusCode StatusCodeOf(ErrorCode code) {
     case ErrorCode::kUnimplemented:
       return grpc::StatusCode::UNIMPLEMENTED;
     case ErrorCode::kReplicaMismatch:
+    case ErrorCode::kDataCorrupt:
       return grpc::StatusCode::DATA_LOSS;
     case ErrorCode::kInternal:
       return grpc::StatusCode::INTERNAL;

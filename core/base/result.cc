@@ -39,6 +39,8 @@ std::string_view ErrorCodeName(ErrorCode code) {
     PLIANT_CASE(kFileSyntax, "FILE_SYNTAX");
     PLIANT_CASE(kFileUnsupported, "FILE_UNSUPPORTED");
     PLIANT_CASE(kFileUnwritable, "FILE_UNWRITABLE");
+    PLIANT_CASE(kDataCorrupt, "DATA_CORRUPT");
+    PLIANT_CASE(kDataVersion, "DATA_VERSION");
     PLIANT_CASE(kSessionNotFound, "SESSION_NOT_FOUND");
     PLIANT_CASE(kSessionExists, "SESSION_EXISTS");
     PLIANT_CASE(kSessionBusy, "SESSION_BUSY");

@@ -51,6 +51,9 @@ enum class ErrorCode {
   kFileSyntax,
   kFileUnsupported,
   kFileUnwritable,
+  // Stored states.
+  kDataCorrupt,  ///< Stored bytes are not those that were written.
+  kDataVersion,  ///< Stored bytes were written by a newer program.
   // Sessions.
   kSessionNotFound,
   kSessionExists,

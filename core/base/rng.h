@@ -14,6 +14,14 @@ class Rng {
     for (std::uint64_t& word : state_) word = SplitMix(seed);
   }
 
+  /// Where the sequence stands, and a generator that goes on from there.
+  [[nodiscard]] const std::array<std::uint64_t, 4>& state() const { return state_; }
+  static Rng At(const std::array<std::uint64_t, 4>& state) {
+    Rng rng(0);
+    rng.state_ = state;
+    return rng;
+  }
+
   /// A uniform 64-bit word.
   std::uint64_t Next() {
     const std::uint64_t result = Rotate(state_[1] * 5, 7) * 9;

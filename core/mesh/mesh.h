@@ -3,6 +3,7 @@
 #include <array>
 #include <cstddef>
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/base/check.h"
@@ -118,6 +119,11 @@ class Mesh {
   [[nodiscard]] bool IsLive(VertexId id) const {
     return id.valid() && id.value() < vertex_slots() && vertex(id).live;
   }
+
+  /// Records by slot, dead ones included: for saving, and for loops over all of them.
+  [[nodiscard]] std::span<const VertexRecord> vertex_records() const { return vertices_; }
+  [[nodiscard]] std::span<const TriangleRecord> triangle_records() const { return triangles_; }
+  [[nodiscard]] std::span<const EdgeRecord> edge_records() const { return edges_; }
 
   [[nodiscard]] const std::vector<SegmentRecord>& segments() const { return segments_; }
 

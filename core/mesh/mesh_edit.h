@@ -2,6 +2,7 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
@@ -9,6 +10,7 @@
 #include "core/geometry/vec2.h"
 #include "core/mesh/change_log.h"
 #include "core/mesh/mesh.h"
+#include "core/mesh/mesh_delta.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/mesh/territory.h"
 #include "core/mesh/validate_local.h"
@@ -164,6 +166,21 @@ class MeshEdit {
   /// Takes every touched element back to its state at the last commit.
   /// @pre there was a commit
   void Rollback();
+
+  /// What takes the mesh from the last commit back to the one before it: the log that the commit
+  /// folded. Can be taken once, until the next commit; nothing after a first commit or a Restore.
+  /// @par Cost O(changed)
+  std::optional<MeshDelta> TakeUndo();
+  /// What takes the mesh back to what it is now from where `delta` leads.
+  /// @pre nothing changed since the last commit
+  [[nodiscard]] MeshDelta InverseOf(const MeshDelta& delta) const;
+  /// Whether a delta leads from this mesh, and to one with the counts and the hash that it names.
+  [[nodiscard]] bool Fits(const MeshDelta& delta) const;
+  /// Writes the records of a delta and commits them as `revision`. Hints stay, or are none.
+  /// @pre Fits(delta); nothing changed since the last commit @par Cost O(delta)
+  MeshDiff Apply(const MeshDelta& delta, Revision revision);
+  /// Sets up a mesh as it was at a commit. @pre the mesh is empty
+  void Restore(MeshState state, Revision revision);
   /// Renumbers live elements to 0..n-1 in order of slot. @return new slots by old vertex slot, none
   /// for the dead. @pre nothing was committed yet
   std::vector<VertexId> Compact();
@@ -251,6 +268,7 @@ class MeshEdit {
   MeshDiff FirstCommit(Revision revision);
   void StartLog(Revision revision);
   void RestoreSegments();
+  void WriteSegments(const SegmentsAt& segments);
   void FoldVertices(MeshDiff& diff);
   void FoldTriangles(MeshDiff& diff);
   void FoldEdges(MeshDiff& diff);
@@ -259,6 +277,10 @@ class MeshEdit {
   Territory* territory_ = nullptr;
   ChangeLog log_;
   MeshSummary summary_;
+  // Of the last commit, until it is taken or the next one: its log, sorted, and what was before.
+  ChangeLog folded_;
+  MeshSummary folded_summary_;
+  bool has_folded_ = false;
   Revision committed_ = Revision::kNone;
   bool edges_ahead_ = false;  // Of their triangles: see CheckAfter.
   bool in_trial_ = false;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <utility>
 
 #include "core/mesh/mesh_edit.h"
 
@@ -30,6 +31,7 @@ MeshDiff MeshEdit::Commit(Revision revision) {
   MeshDiff diff;
   diff.base_revision = committed_;
   diff.revision = revision;
+  folded_summary_ = summary_;
   FoldVertices(diff);
   FoldTriangles(diff);
   FoldEdges(diff);
@@ -40,7 +42,9 @@ MeshDiff MeshEdit::Commit(Revision revision) {
   summary_.triangle_count = mesh_.triangle_count();
   summary_.edge_count = mesh_.edge_count();
   diff.summary = summary_;
+  std::swap(log_, folded_);
   StartLog(revision);
+  has_folded_ = true;
   return diff;
 }
 
@@ -64,6 +68,7 @@ void MeshEdit::StartLog(Revision revision) {
   log_.edge_slots = mesh_.edge_slots();
   log_.segment_slots = static_cast<std::int32_t>(mesh_.segments_.size());
   committed_ = revision;
+  has_folded_ = false;
 }
 
 void MeshEdit::FoldVertices(MeshDiff& diff) {
@@ -78,7 +83,6 @@ void MeshEdit::FoldVertices(MeshDiff& diff) {
       summary_.state_hash += VertexHash(id, now.position);
       diff.vertex_ids.push_back(id);
       diff.vertex_positions.push_back(now.position);
-      if (!old.live) diff.created_vertices.push_back(id);
     }
     if (old.live && !now.live) diff.removed_vertices.push_back(id);
     if (now.live && (!old.live || !SameBits(old.metric, now.metric))) {
@@ -103,7 +107,6 @@ void MeshEdit::FoldTriangles(MeshDiff& diff) {
       diff.triangle_ids.push_back(id);
       diff.triangle_vertices.push_back(after);
       diff.triangle_regions.push_back(now.region);
-      if (!old.live) diff.created_triangles.push_back(id);
     } else if (old.live) {
       diff.removed_triangles.push_back(id);
     }
@@ -123,7 +126,6 @@ void MeshEdit::FoldEdges(MeshDiff& diff) {
       diff.edge_ids.push_back(id);
       diff.edge_vertices.push_back(now.vertices);
       diff.edge_tags.push_back(now.tag);
-      if (!old.live) diff.created_edges.push_back(id);
     } else if (old.live) {
       diff.removed_edges.push_back(id);
     }

@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <functional>
 #include <iterator>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -88,6 +89,23 @@ class SlotAllocator {
 
   /// Slots that can be taken without growth.
   [[nodiscard]] std::size_t free_count() const { return free_.size(); }
+
+  /// Takes these free slots. @param slots  ascending @par Cost O(free slots) if there is any
+  void TakeThese(std::span<const std::int32_t> slots) {
+    if (slots.empty()) return;
+    live_count_ += static_cast<std::int32_t>(slots.size());
+    std::erase_if(free_, [slots](std::int32_t slot) {
+      return std::binary_search(slots.begin(), slots.end(), slot);
+    });
+    std::make_heap(free_.begin(), free_.end(), std::greater<>());
+  }
+
+  /// More slots, which are free, or fewer. @pre nothing is parked; slots from `size` on are free
+  /// @par Cost that of the slots that come, or O(free slots)
+  void Resize(std::int32_t size) {
+    if (size < size_) Rollback(size);
+    while (size_ < size) PushFree(size_++);
+  }
 
   /// Starts over with `count` live slots 0..count-1.
   void Reset(std::int32_t count) {

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/geometry/predicates.h"
+#include "core/metric/saved_field.h"
 
 namespace pliant {
 namespace {
@@ -130,6 +131,42 @@ Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundM
   PLIANT_ASSIGN_OR_RETURN(std::vector<LogMetric> logs, TakeLogs(metric, bounds));
   TriangleLocator locator(metric.mesh.points, metric.mesh.triangles);
   return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
+}
+
+std::unique_ptr<BackgroundField> BackgroundField::Restore(
+    std::vector<Vec2> points, std::vector<std::array<std::int32_t, 3>> triangles,
+    std::vector<LogMetric> logs) {
+  if (triangles.empty() || logs.size() != points.size()) return nullptr;
+  for (const auto& corners : triangles) {
+    for (const std::int32_t corner : corners) {
+      if (corner < 0 || static_cast<std::size_t>(corner) >= points.size()) return nullptr;
+    }
+  }
+  if (!std::ranges::all_of(points, [](Vec2 p) { return IsFinite(p); })) return nullptr;
+  TriangleLocator locator(std::move(points), std::move(triangles));
+  return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
+}
+
+Status BackgroundField::Save(ByteWriter& writer, const MetricField* /*known*/) const {
+  PutFieldKind(SavedFieldKind::kBackground, writer);
+  std::vector<double> values;
+  values.reserve(3 * logs_.size());
+  for (const Vec2 p : locator_.points()) values.insert(values.end(), {p.x, p.y});
+  writer.PutColumn(values);
+  std::vector<std::int32_t> corners;
+  corners.reserve(3 * locator_.triangles().size());
+  for (const auto& t : locator_.triangles()) corners.insert(corners.end(), t.begin(), t.end());
+  writer.PutColumn(corners);
+  values.clear();
+  for (const LogMetric& log : logs_) values.insert(values.end(), {log.l11, log.l12, log.l22});
+  writer.PutColumn(values);
+  return {};
+}
+
+std::size_t BackgroundField::bytes(const MetricField* known) const {
+  if (known == this) return 0;
+  // Triangles, their neighbours and the boxes of the tree; points, their triangle and logarithms.
+  return 100 * locator_.triangles().size() + 44 * logs_.size();
 }
 
 Metric BackgroundField::At(Vec2 p, std::int32_t& hint) const {

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
@@ -7,6 +9,7 @@
 
 #include "core/base/result.h"
 #include "core/geometry/locate.h"
+#include "core/geometry/vec2.h"
 #include "core/metric/metric.h"
 #include "core/metric/metric_field.h"
 #include "core/metric/metric_spec.h"
@@ -25,8 +28,17 @@ class BackgroundField final : public MetricField {
   [[nodiscard]] static Result<std::unique_ptr<BackgroundField>> Make(const BackgroundMetric& metric,
                                                                      const SizeBounds& bounds);
 
+  /// The same from the logarithms of bounded tensors, as Save wrote them: nothing is computed anew.
+  /// Nothing where the arrays fit no field.
+  [[nodiscard]] static std::unique_ptr<BackgroundField> Restore(
+      std::vector<Vec2> points, std::vector<std::array<std::int32_t, 3>> triangles,
+      std::vector<LogMetric> logs);
+
   /// @par Cost  a walk of a few triangles from a good hint, two exponentials.
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
+
+  [[nodiscard]] Status Save(ByteWriter& writer, const MetricField* known) const override;
+  [[nodiscard]] std::size_t bytes(const MetricField* known) const override;
 
   /// The value at p if it lies in a triangle, or no further than `tolerance` from one.
   [[nodiscard]] std::optional<Metric> AtInside(Vec2 p, double tolerance) const;

@@ -8,6 +8,8 @@
 #include <string>
 #include <utility>
 
+#include "core/metric/saved_field.h"
+
 namespace pliant {
 namespace {
 
@@ -32,8 +34,8 @@ std::ostringstream MessageAt(Vec2 p, double time) {
 
 class TensorField final : public ExpressionField {
  public:
-  TensorField(std::array<Expression, 3> entries, const Settings& settings)
-      : ExpressionField(settings), entries_(std::move(entries)) {}
+  TensorField(ExpressionMetric source, std::array<Expression, 3> entries, const Settings& settings)
+      : ExpressionField(settings), source_(std::move(source)), entries_(std::move(entries)) {}
 
  private:
   Metric Raw(Vec2 p) const {
@@ -61,13 +63,16 @@ class TensorField final : public ExpressionField {
     return {.code = ErrorCode::kExpressionValue, .message = out.str(), .field = "metric.m11"};
   }
 
+  std::variant<ExpressionMetric, SizeMetric> Source() const override { return source_; }
+
+  ExpressionMetric source_;
   std::array<Expression, 3> entries_;
 };
 
 class SizeField final : public ExpressionField {
  public:
-  SizeField(Expression size, const Settings& settings)
-      : ExpressionField(settings), size_(std::move(size)) {}
+  SizeField(SizeMetric source, Expression size, const Settings& settings)
+      : ExpressionField(settings), source_(std::move(source)), size_(std::move(size)) {}
 
  private:
   std::optional<Metric> Evaluate(Vec2 p) const override {
@@ -88,6 +93,9 @@ class SizeField final : public ExpressionField {
     return {.code = ErrorCode::kExpressionValue, .message = out.str(), .field = "metric.size"};
   }
 
+  std::variant<ExpressionMetric, SizeMetric> Source() const override { return source_; }
+
+  SizeMetric source_;
   Expression size_;
 };
 
@@ -113,19 +121,43 @@ Status ExpressionField::status() const {
   return {};
 }
 
+Status ExpressionField::Save(ByteWriter& writer, const MetricField* /*known*/) const {
+  const std::variant<ExpressionMetric, SizeMetric> source = Source();
+  if (const auto* tensor = std::get_if<ExpressionMetric>(&source)) {
+    PutFieldKind(SavedFieldKind::kTensorExpression, writer);
+    for (const std::string& text : {tensor->m11, tensor->m12, tensor->m22}) writer.PutText(text);
+  } else {
+    PutFieldKind(SavedFieldKind::kSizeExpression, writer);
+    writer.PutText(std::get<SizeMetric>(source).size);
+  }
+  writer.Put(settings_.time);
+  PutBounds(settings_.bounds, writer);
+  for (const double entry :
+       {settings_.fallback.m11, settings_.fallback.m12, settings_.fallback.m22}) {
+    writer.Put(entry);
+  }
+  return {};
+}
+
+std::size_t ExpressionField::bytes(const MetricField* /*known*/) const {
+  constexpr std::size_t kProgramBytes = 2048;  // Three short programs.
+  return kProgramBytes;
+}
+
 Result<std::unique_ptr<ExpressionField>> MakeTensorField(
     const ExpressionMetric& metric, const ExpressionField::Settings& settings) {
   PLIANT_ASSIGN_OR_RETURN(Expression m11, Parse(metric.m11, "metric.m11"));
   PLIANT_ASSIGN_OR_RETURN(Expression m12, Parse(metric.m12, "metric.m12"));
   PLIANT_ASSIGN_OR_RETURN(Expression m22, Parse(metric.m22, "metric.m22"));
   return std::unique_ptr<ExpressionField>(std::make_unique<TensorField>(
-      std::array{std::move(m11), std::move(m12), std::move(m22)}, settings));
+      metric, std::array{std::move(m11), std::move(m12), std::move(m22)}, settings));
 }
 
 Result<std::unique_ptr<ExpressionField>> MakeSizeField(const SizeMetric& metric,
                                                        const ExpressionField::Settings& settings) {
   PLIANT_ASSIGN_OR_RETURN(Expression size, Parse(metric.size, "metric.size"));
-  return std::unique_ptr<ExpressionField>(std::make_unique<SizeField>(std::move(size), settings));
+  return std::unique_ptr<ExpressionField>(
+      std::make_unique<SizeField>(metric, std::move(size), settings));
 }
 
 }  // namespace pliant

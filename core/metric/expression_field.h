@@ -1,9 +1,11 @@
 #pragma once
 
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <variant>
 
 #include "core/base/result.h"
 #include "core/geometry/domain.h"
@@ -27,6 +29,8 @@ class ExpressionField : public MetricField {
 
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const final;
   [[nodiscard]] Status status() const final;
+  [[nodiscard]] Status Save(ByteWriter& writer, const MetricField* known) const final;
+  [[nodiscard]] std::size_t bytes(const MetricField* known) const final;
 
   /// Forgets the error, after a trial at points that may lie outside the domain.
   void ClearStatus() { failed_at_.reset(); }
@@ -39,6 +43,8 @@ class ExpressionField : public MetricField {
  private:
   /// The bounded metric at p; nothing if the value there is not usable.
   [[nodiscard]] virtual std::optional<Metric> Evaluate(Vec2 p) const = 0;
+  /// The expressions' texts.
+  [[nodiscard]] virtual std::variant<ExpressionMetric, SizeMetric> Source() const = 0;
   /// What is wrong at p, where Evaluate returned nothing.
   [[nodiscard]] virtual Error Describe(Vec2 p) const = 0;
 

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 
+#include "core/base/bytes.h"
 #include "core/base/result.h"
 #include "core/geometry/vec2.h"
 #include "core/metric/metric.h"
@@ -30,6 +32,22 @@ class MetricField {
   /// message); of several, the one at the lowest x, then y, whatever their order. `At` answered
   /// it with some valid metric all the same; whoever asked must throw away what was built from it.
   [[nodiscard]] virtual Status status() const { return {}; }
+
+  /// Writes what the field is made of, so that ReadField (saved_field.h) makes another one that
+  /// answers with the same bits.
+  ///
+  /// @param known  a field that the reader will have at hand; what is shared with it is only named.
+  ///               Null: none.
+  /// Errors: kUnimplemented for a field that cannot be written: one of a caller's own.
+  [[nodiscard]] virtual Status Save(ByteWriter& /*writer*/, const MetricField* /*known*/) const {
+    return Error{ErrorCode::kUnimplemented,
+                 "the session follows a metric field of the caller's own, which has no written "
+                 "form; to save it, use an expression, a background mesh or tensors at vertices",
+                 "metric"};
+  }
+
+  /// What the field takes in memory beyond what it shares with `known`, roughly.
+  [[nodiscard]] virtual std::size_t bytes(const MetricField* /*known*/) const { return 0; }
 
   static constexpr std::int32_t kNoHint = -1;
 };

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "core/geometry/domain.h"
@@ -29,6 +31,14 @@ class OverlayField final : public MetricField {
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
   [[nodiscard]] Status status() const override { return base_->status(); }
 
+  /// Names `known` as what the layers lie on, if it is: an update of k tensors takes O(k) bytes.
+  [[nodiscard]] Status Save(ByteWriter& writer, const MetricField* known) const override;
+  [[nodiscard]] std::size_t bytes(const MetricField* known) const override;
+
+  /// What ReadField makes of it; nothing where the bytes cannot be one.
+  [[nodiscard]] static std::shared_ptr<OverlayField> Read(
+      ByteReader& reader, const std::shared_ptr<MetricField>& known);
+
   /// Layers, and triangles in all of them: each layer costs every question a comparison with its
   /// box, so that many of them should be replaced by one background mesh.
   [[nodiscard]] std::size_t layer_count() const { return layers_.size(); }
@@ -38,10 +48,13 @@ class OverlayField final : public MetricField {
   struct Layer {
     BoundingBox box;
     double tolerance = 0;  ///< Distance up to which a point counts as inside, for rounding.
+    std::size_t triangle_count = 0;
     std::shared_ptr<const BackgroundField> field;
   };
 
   OverlayField() = default;
+  /// Layers that are those of `known` too, from the lowest on; nothing if the base is another one.
+  [[nodiscard]] std::optional<std::size_t> SharedLayers(const MetricField* known) const;
 
   std::shared_ptr<MetricField> base_;
   std::vector<Layer> layers_;  // The topmost last.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstddef>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -43,6 +44,11 @@ class NodeQueue {
 
   [[nodiscard]] bool empty() const { return head_ == nodes_.size(); }
   [[nodiscard]] std::size_t size() const { return nodes_.size() - head_; }
+
+  /// Entries in order.
+  [[nodiscard]] std::span<const VertexId> entries() const {
+    return std::span(nodes_).subspan(head_);
+  }
 
   /// Entries in order; for renumbering.
   template <class Function>

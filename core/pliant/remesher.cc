@@ -2,15 +2,16 @@
 
 #include <algorithm>
 #include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "core/delaunay/import_mesh.h"
-#include "core/mesh/committed_snapshot.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/pliant/check_options.h"
 #include "core/pliant/followed_metric.h"
 #include "core/pliant/nested_build.h"
+#include "core/pliant/snapshot.h"
 
 namespace pliant {
 namespace {
@@ -39,6 +40,21 @@ class Remesher::Impl {
         numbering_(numbering),
         followed_(edit_, options.metric_tolerance) {
     BuildFromPlan(plan, edit_);
+  }
+
+  explicit Impl(Snapshot snapshot)
+      : options_(snapshot.options),
+        edit_(mesh_),
+        loop_(edit_, options_),
+        box_(snapshot.box),
+        numbering_(Numbering::kKeeps),
+        followed_(edit_, options_.metric_tolerance),
+        revision_(snapshot.revision),
+        committed_{std::move(snapshot.metric), std::move(snapshot.loop), snapshot.fields} {
+    edit_.Restore(std::move(snapshot.mesh), revision_);
+    followed_.Restore(committed_.followed);
+    loop_.Restore(committed_.loop);
+    RestoreFields();
   }
 
   static Result<std::unique_ptr<Impl>> Make(const Result<MeshPlan>& plan, Numbering numbering,
@@ -161,12 +177,15 @@ class Remesher::Impl {
 
   CommitWithTransfer CommitAndTransfer() {
     CommitWithTransfer commit;
+    const bool staged = fields_.staged();
     if (revision_ != Revision::kNone) {
       const MeshTransfer transfer(mesh_, edit_.log());
       commit.rows = transfer.rows();
       commit.fields = fields_.Commit(transfer);
     }
     commit.diff = CommitMesh();
+    const bool same = commit.diff.empty() && !staged;
+    committed_.fields = same ? previous_.fields : KeepFields(fields_.fields());
     return commit;
   }
 
@@ -186,10 +205,12 @@ class Remesher::Impl {
     if (revision_ == Revision::kNone && numbering_ == Numbering::kClosesGaps) {
       loop_.Renumber(edit_.Compact());
     }
+    previous_revision_ = revision_;
     revision_ = Revision(static_cast<std::int64_t>(revision_) + 1);
     MeshDiff diff = edit_.Commit(revision_);
     loop_.ResetCounts();
-    committed_ = {followed_.state(), loop_.Save()};
+    previous_ = std::move(committed_);
+    committed_ = {followed_.state(), loop_.Save(), nullptr};
     return diff;
   }
 
@@ -204,14 +225,89 @@ class Remesher::Impl {
 
   void UseHelpers(const Helpers& helpers) { helpers_ = helpers; }
 
-  [[nodiscard]] MeshDiff Snapshot() const {
-    PLIANT_CHECK(revision_ != Revision::kNone);
-    return CommittedSnapshot(edit_, revision_);
+  std::optional<RevisionDelta> TakeUndo() {
+    std::optional<MeshDelta> mesh = edit_.TakeUndo();
+    if (!mesh) return std::nullopt;
+    return RevisionDelta{.base = revision_,
+                         .revision = previous_revision_,
+                         .mesh = *std::move(mesh),
+                         .metric = previous_.followed,
+                         .base_metric = committed_.followed,
+                         .loop = previous_.loop,
+                         .fields = previous_.fields,
+                         .base_fields = committed_.fields};
+  }
+
+  [[nodiscard]] RevisionDelta InverseOf(const RevisionDelta& delta) const {
+    return {.base = delta.revision,
+            .revision = revision_,
+            .mesh = edit_.InverseOf(delta.mesh),
+            .metric = committed_.followed,
+            .base_metric = delta.metric,
+            .loop = committed_.loop,
+            .fields = committed_.fields,
+            .base_fields = delta.fields};
+  }
+
+  Result<MeshDiff> Apply(const RevisionDelta& delta, Revision revision) {
+    if (revision_ == Revision::kNone) return NoRevision();
+    Rollback();
+    if (!edit_.Fits(delta.mesh)) {
+      return CorruptData(
+          "revision record",
+          "does not lead from revision " + std::to_string(static_cast<std::int64_t>(revision_)));
+    }
+    MeshDiff diff = edit_.Apply(delta.mesh, revision);
+    previous_revision_ = std::exchange(revision_, revision);
+    previous_ = std::exchange(committed_, {delta.metric, delta.loop, delta.fields});
+    followed_.Restore(committed_.followed);
+    loop_.Restore(committed_.loop);
+    RestoreFields();
+    return diff;
+  }
+
+  [[nodiscard]] Result<Bytes> Save() const {
+    if (revision_ == Revision::kNone) return NoRevision();
+    if (!edit_.log().empty()) {
+      return Error{ErrorCode::kProtocolOrder,
+                   "the session has changed since its last commit; commit or roll back, then save"};
+    }
+    return WriteSnapshot({.options = options_,
+                          .box = box_,
+                          .revision = revision_,
+                          .summary = edit_.summary(),
+                          .mesh = mesh_,
+                          .metric = committed_.followed,
+                          .loop = committed_.loop,
+                          .fields = committed_.fields});
+  }
+
+  static Result<std::unique_ptr<Impl>> Load(std::span<const std::byte> bytes) {
+    PLIANT_ASSIGN_OR_RETURN(Snapshot snapshot, ReadSnapshot(bytes));
+    const MeshSummary summary = snapshot.summary;
+    auto impl = std::make_unique<Impl>(std::move(snapshot));
+    if (impl->edit_.summary() != summary) {
+      return CorruptData("snapshot", "has another mesh than its state hash says");
+    }
+    return impl;
+  }
+
+  [[nodiscard]] Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes) const {
+    PLIANT_ASSIGN_OR_RETURN(RevisionDelta delta,
+                            pliant::ReadDelta(bytes, committed_.followed, committed_.fields));
+    if (delta.base != revision_) {
+      return Error{ErrorCode::kRevisionMismatch,
+                   "the revision record leads from revision " +
+                       std::to_string(static_cast<std::int64_t>(delta.base)) +
+                       "; the session is at " +
+                       std::to_string(static_cast<std::int64_t>(revision_)),
+                   "revision"};
+    }
+    return delta;
   }
 
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] const MetricField& field() const { return followed_.field(); }
-  [[nodiscard]] bool building() const { return nested_.has_value(); }
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] const Options& options() const { return options_; }
   [[nodiscard]] const FieldSet& fields() const { return fields_; }
@@ -221,7 +317,17 @@ class Remesher::Impl {
   struct Committed {
     FollowedMetric::State followed;
     PliantLoop::State loop;
+    SharedFields fields;
   };
+
+  void RestoreFields() {
+    fields_.Restore(committed_.fields ? std::span(*committed_.fields) : std::span<const Field>());
+  }
+
+  static Error NoRevision() {
+    return {ErrorCode::kRevisionNotFound, "the session has no revision yet; commit one first",
+            "revision"};
+  }
 
   static bool Ended(StopReason reason) {
     return reason == StopReason::kConverged || reason == StopReason::kVertexLimit;
@@ -278,6 +384,9 @@ class Remesher::Impl {
   std::optional<NestedBuild> nested_;  // While the first mesh is built from coarse to fine.
   Revision revision_ = Revision::kNone;
   Committed committed_;
+  // Of the commit before, for TakeUndo.
+  Revision previous_revision_ = Revision::kNone;
+  Committed previous_;
 };
 
 Remesher::Remesher(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) {}
@@ -329,10 +438,28 @@ MeshDiff Remesher::Commit() { return impl_->Commit(); }
 CommitWithTransfer Remesher::CommitAndTransfer() { return impl_->CommitAndTransfer(); }
 Status Remesher::SetFields(const FieldUpdate& update) { return impl_->SetFields(update); }
 void Remesher::Rollback() { impl_->Rollback(); }
-MeshDiff Remesher::Snapshot() const { return impl_->Snapshot(); }
+std::optional<RevisionDelta> Remesher::TakeUndo() { return impl_->TakeUndo(); }
+
+RevisionDelta Remesher::InverseOf(const RevisionDelta& delta) const {
+  return impl_->InverseOf(delta);
+}
+
+Result<MeshDiff> Remesher::Apply(const RevisionDelta& delta, Revision revision) {
+  return impl_->Apply(delta, revision);
+}
+
+Result<Bytes> Remesher::Save() const { return impl_->Save(); }
+
+Result<std::unique_ptr<Remesher>> Remesher::Load(std::span<const std::byte> bytes) {
+  return Wrap(Impl::Load(bytes));
+}
+
+Result<RevisionDelta> Remesher::ReadDelta(std::span<const std::byte> bytes) const {
+  return impl_->ReadDelta(bytes);
+}
+
 const Mesh& Remesher::mesh() const { return impl_->mesh(); }
 const MetricField& Remesher::field() const { return impl_->field(); }
-bool Remesher::building() const { return impl_->building(); }
 Revision Remesher::revision() const { return impl_->revision(); }
 const Options& Remesher::options() const { return impl_->options(); }
 const FieldSet& Remesher::fields() const { return impl_->fields(); }

@@ -1,9 +1,12 @@
 #pragma once
 
+#include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 
+#include "core/base/bytes.h"
 #include "core/base/ids.h"
 #include "core/base/result.h"
 #include "core/geometry/domain.h"
@@ -16,6 +19,7 @@
 #include "core/pliant/nested_build.h"
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
+#include "core/pliant/revision_delta.h"
 #include "core/transfer/field_set.h"
 #include "core/transfer/transfer_rows.h"
 
@@ -123,16 +127,41 @@ class Remesher {
   /// there is nothing to go back to. @pre revision() != kNone
   void Rollback();
 
-  /// The mesh of the last commit as a diff from nothing, whatever has changed since.
-  /// @pre revision() != kNone @par Cost O(mesh)
-  [[nodiscard]] MeshDiff Snapshot() const;
+  /// What takes the session from the last commit back to the one before it. Can be taken once,
+  /// until the next commit; nothing after the first one, and after Load. @par Cost O(changed)
+  std::optional<RevisionDelta> TakeUndo();
+
+  /// What takes the session back to the last commit from where `delta` leads: with the undo of that
+  /// commit, the commit itself, for a journal.
+  /// @pre nothing changed since the last commit @par Cost O(delta)
+  [[nodiscard]] RevisionDelta InverseOf(const RevisionDelta& delta) const;
+
+  /// Goes where a delta leads, as the commit of `revision`; what changed since the last commit is
+  /// lost. From there on the session gives the bits that it gave there before.
+  /// @param revision  any number: that of the delta, or one that nobody has seen yet.
+  /// Errors: kDataCorrupt for a delta that does not lead from the last commit; then nothing
+  /// changed but what Rollback does.
+  /// @par Cost O(delta)
+  Result<MeshDiff> Apply(const RevisionDelta& delta, Revision revision);
+
+  /// The last commit as bytes: versioned, little-endian, with a checksum. Errors: kUnimplemented if
+  /// the metric is a field of the caller's own; kRevisionNotFound before the first commit; and
+  /// kProtocolOrder if something changed since. @par Cost O(mesh)
+  [[nodiscard]] Result<Bytes> Save() const;
+
+  /// A session as it was when it was saved: it goes on with the bits that the other one gives. A
+  /// second session from one revision is Load(*Save()).
+  /// Errors: kDataCorrupt, kDataVersion. The bytes are safe to read whatever they are; whether they
+  /// hold a valid mesh, which a checksum cannot tell, Validate does. @par Cost O(bytes)
+  static Result<std::unique_ptr<Remesher>> Load(std::span<const std::byte> bytes);
+
+  /// Reads what WriteDelta wrote of a delta that leads from the last commit. Errors: kDataCorrupt,
+  /// kDataVersion; kRevisionMismatch if it leads from another revision.
+  [[nodiscard]] Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes) const;
 
   [[nodiscard]] const Mesh& mesh() const;
   /// The metric that the mesh follows, limits applied.
   [[nodiscard]] const MetricField& field() const;
-  /// The first mesh is being built from coarse to fine: a commit now ends that, and what follows
-  /// takes longer.
-  [[nodiscard]] bool building() const;
   /// Of the last commit; kNone before the first.
   [[nodiscard]] Revision revision() const;
   [[nodiscard]] const Options& options() const;

@@ -61,6 +61,13 @@ class FieldSet {
   /// values of a field that is not there yet, or of another location or column count), kTooLarge
   /// (kFieldsMax). Nothing is staged then. @par Cost O(values sent)
   Status Stage(const Mesh& mesh, const FieldUpdate& update);
+  /// True if something is staged.
+  [[nodiscard]] bool staged() const { return !staged_.empty(); }
+  /// Goes to the fields of another revision; what is staged is forgotten.
+  void Restore(std::span<const Field> fields) {
+    fields_.assign(fields.begin(), fields.end());
+    staged_.clear();
+  }
   /// Forgets what is staged.
   void Discard() { staged_.clear(); }
 

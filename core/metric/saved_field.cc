@@ -1,0 +1,122 @@
+#include "core/metric/saved_field.h"
+
+#include <array>
+#include <utility>
+#include <vector>
+
+#include "core/metric/background_field.h"
+#include "core/metric/expression_field.h"
+#include "core/metric/overlay_field.h"
+
+namespace pliant {
+namespace {
+
+/// Rows of three numbers.
+template <class Row, class Number>
+std::vector<Row> Triples(ByteReader& reader) {
+  const std::vector<Number> numbers = reader.TakeColumn<Number>();
+  if (numbers.size() % 3 != 0) reader.Fail();
+  std::vector<Row> rows;
+  rows.reserve(numbers.size() / 3);
+  for (std::size_t i = 0; i + 2 < numbers.size(); i += 3) {
+    rows.push_back({numbers[i], numbers[i + 1], numbers[i + 2]});
+  }
+  return rows;
+}
+
+std::shared_ptr<MetricField> ReadBackground(ByteReader& reader) {
+  const std::vector<double> numbers = reader.TakeColumn<double>();
+  if (numbers.size() % 2 != 0) reader.Fail();
+  std::vector<Vec2> points;
+  points.reserve(numbers.size() / 2);
+  for (std::size_t i = 0; i + 1 < numbers.size(); i += 2) {
+    points.push_back({numbers[i], numbers[i + 1]});
+  }
+  auto triangles = Triples<std::array<std::int32_t, 3>, std::int32_t>(reader);
+  auto logs = Triples<LogMetric, double>(reader);
+  if (!reader.ok()) return nullptr;
+  return BackgroundField::Restore(std::move(points), std::move(triangles), std::move(logs));
+}
+
+ExpressionField::Settings TakeSettings(ByteReader& reader) {
+  ExpressionField::Settings settings;
+  settings.time = reader.Take<double>();
+  settings.bounds = TakeBounds(reader);
+  settings.fallback.m11 = reader.Take<double>();
+  settings.fallback.m12 = reader.Take<double>();
+  settings.fallback.m22 = reader.Take<double>();
+  return settings;
+}
+
+std::shared_ptr<MetricField> ReadTensorExpression(ByteReader& reader) {
+  ExpressionMetric source;
+  source.m11 = reader.TakeText();
+  source.m12 = reader.TakeText();
+  source.m22 = reader.TakeText();
+  const ExpressionField::Settings settings = TakeSettings(reader);
+  if (!reader.ok()) return nullptr;
+  Result<std::unique_ptr<ExpressionField>> field = MakeTensorField(source, settings);
+  return field.ok() ? std::move(*field) : nullptr;
+}
+
+std::shared_ptr<MetricField> ReadSizeExpression(ByteReader& reader) {
+  const SizeMetric source{reader.TakeText()};
+  const ExpressionField::Settings settings = TakeSettings(reader);
+  if (!reader.ok()) return nullptr;
+  Result<std::unique_ptr<ExpressionField>> field = MakeSizeField(source, settings);
+  return field.ok() ? std::move(*field) : nullptr;
+}
+
+std::shared_ptr<MetricField> ReadPlain(ByteReader& reader, SavedFieldKind kind) {
+  switch (kind) {
+    case SavedFieldKind::kTensorExpression:
+      return ReadTensorExpression(reader);
+    case SavedFieldKind::kSizeExpression:
+      return ReadSizeExpression(reader);
+    case SavedFieldKind::kBackground:
+      return ReadBackground(reader);
+    case SavedFieldKind::kOverlay:
+      break;
+  }
+  return nullptr;
+}
+
+}  // namespace
+
+std::shared_ptr<MetricField> ReadField(ByteReader& reader,
+                                       const std::shared_ptr<MetricField>& known) {
+  const auto kind = static_cast<SavedFieldKind>(reader.Take<std::uint8_t>());
+  std::shared_ptr<MetricField> field = kind == SavedFieldKind::kOverlay
+                                           ? OverlayField::Read(reader, known)
+                                           : ReadPlain(reader, kind);
+  if (!reader.ok()) field = nullptr;
+  if (field == nullptr) reader.Fail();
+  return field;
+}
+
+std::shared_ptr<MetricField> ReadPlainField(ByteReader& reader) {
+  const auto kind = static_cast<SavedFieldKind>(reader.Take<std::uint8_t>());
+  std::shared_ptr<MetricField> field = ReadPlain(reader, kind);
+  if (field == nullptr) reader.Fail();
+  return field;
+}
+
+void PutFieldKind(SavedFieldKind kind, ByteWriter& writer) {
+  writer.Put(static_cast<std::uint8_t>(kind));
+}
+
+void PutBounds(const SizeBounds& bounds, ByteWriter& writer) {
+  writer.Put(bounds.size_min);
+  writer.Put(bounds.size_max);
+  writer.Put(bounds.anisotropy_max);
+}
+
+SizeBounds TakeBounds(ByteReader& reader) {
+  SizeBounds bounds;
+  bounds.size_min = reader.Take<double>();
+  bounds.size_max = reader.Take<double>();
+  bounds.anisotropy_max = reader.Take<double>();
+  return bounds;
+}
+
+}  // namespace pliant

@@ -1,0 +1,234 @@
+#include "core/pliant/revision_delta.h"
+
+#include <array>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+#include "core/metric/saved_field.h"
+
+namespace pliant {
+namespace {
+
+constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 1};  // "PLRD"
+constexpr char kDeltaName[] = "revision record";
+
+/// Where a field comes from when it is read.
+enum class FieldOrigin : std::uint8_t { kBase = 0, kRaw = 1, kWritten = 2 };
+
+enum class SpecKind : std::uint8_t { kNone = 0, kTensor = 1, kSize = 2 };
+
+void WriteGradation(const GradationOptions& gradation, ByteWriter& writer) {
+  writer.Put(gradation.gradation);
+  writer.Put(gradation.rotation);
+}
+
+GradationOptions ReadGradation(ByteReader& reader) {
+  GradationOptions gradation;
+  gradation.gradation = reader.Take<double>();
+  gradation.rotation = reader.Take<double>();
+  return gradation;
+}
+
+/// A specification that FollowedMetric remembers: never one with a background mesh.
+void WriteSpec(const std::optional<MetricSpec>& spec, ByteWriter& writer) {
+  const auto* tensor = spec ? std::get_if<ExpressionMetric>(&spec->source) : nullptr;
+  const auto* size = spec ? std::get_if<SizeMetric>(&spec->source) : nullptr;
+  const SpecKind kind = tensor != nullptr ? SpecKind::kTensor
+                        : size != nullptr ? SpecKind::kSize
+                                          : SpecKind::kNone;
+  writer.Put(static_cast<std::uint8_t>(kind));
+  if (kind == SpecKind::kNone) return;
+  if (tensor != nullptr) {
+    for (const std::string& text : {tensor->m11, tensor->m12, tensor->m22}) writer.PutText(text);
+  } else {
+    writer.PutText(size->size);
+  }
+  writer.Put(spec->time);
+  PutBounds(spec->bounds, writer);
+  WriteGradation(spec->gradation, writer);
+}
+
+std::optional<MetricSpec> ReadSpec(ByteReader& reader) {
+  const auto kind = static_cast<SpecKind>(reader.Take<std::uint8_t>());
+  if (kind == SpecKind::kNone) return std::nullopt;
+  MetricSpec spec;
+  if (kind == SpecKind::kTensor) {
+    ExpressionMetric source;
+    source.m11 = reader.TakeText();
+    source.m12 = reader.TakeText();
+    source.m22 = reader.TakeText();
+    spec.source = std::move(source);
+  } else if (kind == SpecKind::kSize) {
+    spec.source = SizeMetric{reader.TakeText()};
+  } else {
+    reader.Fail();
+  }
+  spec.time = reader.Take<double>();
+  spec.bounds = TakeBounds(reader);
+  spec.gradation = ReadGradation(reader);
+  return spec;
+}
+
+Status WriteField(const MetricField& field, FieldOrigin origin, const MetricField* known,
+                  ByteWriter& writer) {
+  writer.Put(static_cast<std::uint8_t>(origin));
+  if (origin != FieldOrigin::kWritten) return {};
+  return field.Save(writer, known);
+}
+
+std::shared_ptr<MetricField> TakeField(ByteReader& reader, const std::shared_ptr<MetricField>& base,
+                                       const std::shared_ptr<MetricField>& raw) {
+  std::shared_ptr<MetricField> field;
+  switch (static_cast<FieldOrigin>(reader.Take<std::uint8_t>())) {
+    case FieldOrigin::kBase:
+      field = base;
+      break;
+    case FieldOrigin::kRaw:
+      field = raw;
+      break;
+    case FieldOrigin::kWritten:
+      field = ReadField(reader, base);
+      break;
+  }
+  if (field == nullptr) reader.Fail();
+  return field;
+}
+
+RevisionDelta MergeTwo(const RevisionDelta& first, const RevisionDelta& second) {
+  return {.base = first.base,
+          .revision = second.revision,
+          .mesh = Merge(first.mesh, second.mesh),
+          .metric = second.metric,
+          .base_metric = first.base_metric,
+          .loop = second.loop,
+          .fields = second.fields,
+          .base_fields = first.base_fields};
+}
+
+}  // namespace
+
+std::size_t RevisionDelta::bytes() const {
+  std::size_t bytes = sizeof(RevisionDelta) + mesh.bytes() + loop.queue.size() * sizeof(VertexId);
+  if (metric.raw != base_metric.raw) bytes += metric.raw->bytes(base_metric.raw.get());
+  if (metric.limited != base_metric.limited && metric.limited != metric.raw) {
+    bytes += metric.limited->bytes(base_metric.limited.get());
+  }
+  if (fields != base_fields) bytes += BytesOf(fields);
+  return bytes;
+}
+
+RevisionDelta Merge(std::span<const RevisionDelta* const> deltas) {
+  PLIANT_CHECK(!deltas.empty());
+  if (deltas.size() == 1) return *deltas.front();
+  const std::size_t half = deltas.size() / 2;
+  return MergeTwo(Merge(deltas.first(half)), Merge(deltas.subspan(half)));
+}
+
+Result<Bytes> WriteDelta(const RevisionDelta& delta) {
+  ByteWriter writer;
+  writer.Put(static_cast<std::int64_t>(delta.base));
+  writer.Put(static_cast<std::int64_t>(delta.revision));
+  WriteMeshDelta(delta.mesh, writer);
+  PLIANT_RETURN_IF_ERROR(WriteMetricState(delta.metric, delta.base_metric, writer));
+  WriteLoopState(delta.loop, writer);
+  const bool same_fields = delta.fields == delta.base_fields;
+  writer.Put(static_cast<std::uint8_t>(same_fields ? FieldOrigin::kBase : FieldOrigin::kWritten));
+  if (!same_fields) WriteFields(delta.fields, writer);
+  return SealBytes(kDeltaSeal, std::move(writer).Take());
+}
+
+Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes, const FollowedMetric::State& base,
+                                const SharedFields& base_fields) {
+  PLIANT_ASSIGN_OR_RETURN(const std::span<const std::byte> payload,
+                          OpenSeal(bytes, kDeltaSeal, kDeltaName));
+  ByteReader reader(payload);
+  RevisionDelta delta;
+  delta.base = Revision(reader.Take<std::int64_t>());
+  delta.revision = Revision(reader.Take<std::int64_t>());
+  delta.mesh = ReadMeshDelta(reader);
+  delta.metric = ReadMetricState(reader, base);
+  delta.base_metric = base;
+  delta.loop = ReadLoopState(reader, delta.mesh.vertices.slots);
+  delta.base_fields = base_fields;
+  delta.fields = base_fields;
+  if (static_cast<FieldOrigin>(reader.Take<std::uint8_t>()) != FieldOrigin::kBase) {
+    delta.fields = ReadFields(reader, delta.mesh.vertices.slots, delta.mesh.triangles.slots);
+  }
+  if (!reader.AtEnd())
+    return CorruptData(kDeltaName, "does not hold what its checksum vouches for");
+  return delta;
+}
+
+Status WriteMetricState(const FollowedMetric::State& state, const FollowedMetric::State& base,
+                        ByteWriter& writer) {
+  const bool same_raw = base.raw != nullptr && state.raw == base.raw;
+  PLIANT_RETURN_IF_ERROR(WriteField(
+      *state.raw, same_raw ? FieldOrigin::kBase : FieldOrigin::kWritten, base.raw.get(), writer));
+  const FieldOrigin limited = state.limited == state.raw ? FieldOrigin::kRaw
+                              : base.limited != nullptr && state.limited == base.limited
+                                  ? FieldOrigin::kBase
+                                  : FieldOrigin::kWritten;
+  PLIANT_RETURN_IF_ERROR(WriteField(*state.limited, limited, base.limited.get(), writer));
+  WriteSpec(state.spec, writer);
+  PutBounds(state.bounds, writer);
+  WriteGradation(state.gradation, writer);
+  writer.Put(static_cast<std::int32_t>(state.limit_rounds_left));
+  return {};
+}
+
+FollowedMetric::State ReadMetricState(ByteReader& reader, const FollowedMetric::State& base) {
+  FollowedMetric::State state;
+  state.raw = TakeField(reader, base.raw, nullptr);
+  state.limited = TakeField(reader, base.limited, state.raw);
+  state.spec = ReadSpec(reader);
+  state.bounds = TakeBounds(reader);
+  state.gradation = ReadGradation(reader);
+  state.limit_rounds_left = reader.Take<std::int32_t>();
+  if (state.limit_rounds_left < 0 || state.limit_rounds_left > 100) reader.Fail();
+  return state;
+}
+
+void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer) {
+  std::vector<std::int32_t> queue;
+  queue.reserve(state.queue.size());
+  for (const VertexId node : state.queue.entries()) queue.push_back(node.value());
+  writer.PutColumn(queue);
+  for (const std::uint64_t word : state.rng.state()) writer.Put(word);
+  writer.Put(state.epoch);
+  writer.Put(state.visits_in_update);
+  writer.Put(state.settings.alpha);
+  writer.Put(state.settings.speed_threshold);
+  writer.Put(state.settings.neighbor_threshold);
+  writer.Put(state.settings.age_cooling);
+  writer.Put(state.settings.age_max);
+}
+
+PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots) {
+  PliantLoop::State state;
+  for (const std::int32_t node : reader.TakeColumn<std::int32_t>()) {
+    if (node < 0 || node >= vertex_slots) reader.Fail();
+    state.queue.Push(VertexId(node));
+  }
+  std::array<std::uint64_t, 4> words;
+  for (std::uint64_t& word : words) word = reader.Take<std::uint64_t>();
+  state.rng = Rng::At(words);
+  state.epoch = reader.Take<std::uint32_t>();
+  state.visits_in_update = reader.Take<std::int64_t>();
+  state.settings.alpha = reader.Take<double>();
+  state.settings.speed_threshold = reader.Take<double>();
+  state.settings.neighbor_threshold = reader.Take<double>();
+  state.settings.age_cooling = reader.Take<std::int32_t>();
+  state.settings.age_max = reader.Take<std::int32_t>();
+  const LoopSettings& settings = state.settings;
+  if (settings.age_cooling < 0 || settings.age_cooling >= settings.age_max ||
+      settings.age_max > 250) {
+    reader.Fail();
+  }
+  return state;
+}
+
+}  // namespace pliant

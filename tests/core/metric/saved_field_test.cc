@@ -1,0 +1,136 @@
+#include "core/metric/saved_field.h"
+
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include <array>
+#include <bit>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/base/rng.h"
+#include "core/metric/background_field.h"
+#include "core/metric/function_field.h"
+#include "core/metric/metric_spec.h"
+#include "core/metric/overlay_field.h"
+#include "tests/support/mesh_testing.h"
+
+namespace pliant {
+namespace {
+
+using Field = std::shared_ptr<MetricField>;
+
+Field FromSpec(const MetricSpec& spec) {
+  return std::move(*MakeMetricField(spec, {{0, 0}, {4, 4}}));
+}
+
+/// A tensor of its own at every point of a grid of n x n cells.
+BackgroundMetric Tensors(std::int32_t n, double size) {
+  BackgroundMetric background{testing::GridData(n, n), {}};
+  for (const Vec2 p : background.mesh.points) {
+    background.tensors.push_back(Metric::Isotropic(size * (1 + 0.1 * p.x + 0.07 * p.y)));
+  }
+  return background;
+}
+
+Field Overlaid(const Field& below, double size) {
+  return *OverlayField::Lay(below, Tensors(1, size), {});
+}
+
+Bytes Saved(const MetricField& field, const MetricField* known) {
+  ByteWriter writer;
+  const Status status = field.Save(writer, known);
+  EXPECT_TRUE(status.ok()) << (status.ok() ? "" : status.error().message);
+  return std::move(writer).Take();
+}
+
+Field Read(const Bytes& bytes, const Field& known) {
+  ByteReader reader(bytes);
+  Field field = ReadField(reader, known);
+  EXPECT_TRUE(reader.AtEnd());
+  return field;
+}
+
+void ExpectTheSameBits(const MetricField& a, const MetricField& b) {
+  Rng rng(8);
+  std::int32_t hint_a = MetricField::kNoHint;
+  std::int32_t hint_b = MetricField::kNoHint;
+  for (int i = 0; i < 300; ++i) {
+    const Vec2 p{rng.Uniform(-1, 6), rng.Uniform(-1, 6)};
+    const auto x = std::bit_cast<std::array<std::uint64_t, 3>>(a.At(p, hint_a));
+    const auto y = std::bit_cast<std::array<std::uint64_t, 3>>(b.At(p, hint_b));
+    ASSERT_EQ(x, y) << "at (" << p.x << ", " << p.y << ")";
+  }
+}
+
+std::vector<Field> AllKinds() {
+  MetricSpec size{.source = SizeMetric{"0.1 + 0.01*t*x"}, .time = 3};
+  size.bounds = {.size_min = 0.11, .size_max = 0.2};
+  const MetricSpec tensor{.source = ExpressionMetric{"100 + x^2", "sin(x*y)", "50 + exp(y)"}};
+  MetricSpec background{.source = Tensors(4, 0.3)};
+  background.bounds.size_min = 0.35;
+  return {FromSpec(size), FromSpec(tensor), FromSpec(background),
+          Overlaid(Overlaid(FromSpec(background), 0.2), 0.1), Overlaid(FromSpec(tensor), 0.4)};
+}
+
+TEST(SavedField, AnswersWithTheSameBits) {
+  for (const Field& field : AllKinds()) {
+    const Bytes bytes = Saved(*field, nullptr);
+    const Field back = Read(bytes, nullptr);
+    ASSERT_NE(back, nullptr);
+    ExpectTheSameBits(*field, *back);
+    EXPECT_EQ(Saved(*back, nullptr), bytes);
+    EXPECT_GT(field->bytes(nullptr), 0U);
+  }
+}
+
+// Goal: tensors at a few vertices take bytes for a few, however large the field below.
+TEST(SavedField, AnOverlayNamesWhatTheReaderHas) {
+  const Field base = FromSpec({.source = Tensors(40, 0.3)});
+  const Field one = Overlaid(base, 0.2);
+  const Field two = Overlaid(one, 0.1);
+  const Bytes whole = Saved(*two, nullptr);
+  for (const Field& known : {base, one}) {
+    const Bytes bytes = Saved(*two, known.get());
+    EXPECT_LT(bytes.size(), whole.size() / 20);
+    const Field back = Read(bytes, known);
+    ASSERT_NE(back, nullptr);
+    ExpectTheSameBits(*two, *back);
+    EXPECT_EQ(Saved(*back, nullptr), whole);
+    EXPECT_LT(two->bytes(known.get()), two->bytes(nullptr) / 20);
+  }
+  const Field stranger = FromSpec({.source = Tensors(3, 0.3)});
+  EXPECT_EQ(Saved(*two, stranger.get()), whole) << "nothing is shared";
+}
+
+TEST(SavedField, AFieldOfTheCallersOwnIsRefused) {
+  const FunctionField own([](Vec2) { return Metric::Isotropic(1); });
+  ByteWriter writer;
+  const Status status = own.Save(writer, nullptr);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::kUnimplemented);
+  EXPECT_THAT(status.error().message, ::testing::HasSubstr("of the caller's own"));
+}
+
+TEST(SavedField, RefusesWhatIsCutOffAndKindsThatAreNone) {
+  for (const Field& field : AllKinds()) {
+    const Bytes bytes = Saved(*field, nullptr);
+    for (std::size_t size = 0; size < bytes.size(); ++size) {
+      ByteReader reader(std::span<const std::byte>(bytes).first(size));
+      EXPECT_EQ(ReadField(reader, nullptr), nullptr);
+      EXPECT_FALSE(reader.ok());
+    }
+  }
+  const Bytes unknown{std::byte{77}, std::byte{0}};
+  ByteReader reader(unknown);
+  EXPECT_EQ(ReadField(reader, nullptr), nullptr);
+  // An overlay on something that the reader does not have.
+  const Field base = FromSpec({.source = Tensors(3, 0.3)});
+  const Bytes overlay = Saved(*Overlaid(base, 0.2), base.get());
+  ByteReader lost(overlay);
+  EXPECT_EQ(ReadField(lost, nullptr), nullptr);
+}
+
+}  // namespace
+}  // namespace pliant
