@@ -34,6 +34,8 @@ bool SetKey(const std::string& key, const YAML::Node& value, Config& config) {
     config.vertices_max = value.as<std::int32_t>();
   } else if (key == "drain-ms") {
     config.drain_ms = value.as<std::int64_t>();
+  } else if (key == "bookmark-ms") {
+    config.bookmark_ms = value.as<std::int64_t>();
   } else if (key == "log-level" && kLogLevels.contains(value.as<std::string>())) {
     config.log_level = kLogLevels.at(value.as<std::string>());
   } else if (key == "log-format" && kLogFormats.contains(value.as<std::string>())) {
@@ -80,6 +82,9 @@ void AddFlags(CLI::App& app, Config& config, std::string& config_path, std::stri
       ->capture_default_str();
   app.add_option("--drain-ms", config.drain_ms,
                  "At SIGTERM: time for running work and streams to end, in ms")
+      ->capture_default_str();
+  app.add_option("--bookmark-ms", config.bookmark_ms,
+                 "Time without news after which a subscriber gets a bookmark, in ms")
       ->capture_default_str();
   app.add_option("--data", data, "Where sessions are kept; only `none`, in memory, so far")
       ->capture_default_str()
@@ -172,6 +177,9 @@ Status CheckConfig(const Config& config) {
   }
   if (config.drain_ms < 0 || config.drain_ms > 3'600'000) {
     return out_of_range("--drain-ms must be 0 to 3,600,000", "drain-ms");
+  }
+  if (config.bookmark_ms < 1 || config.bookmark_ms > 3'600'000) {
+    return out_of_range("--bookmark-ms must be 1 to 3,600,000", "bookmark-ms");
   }
   return {};
 }

@@ -27,6 +27,8 @@ struct Config {
   std::size_t sessions_max = kSessionsMaxDefault;
   std::int32_t vertices_max = kVerticesMaxDefault;
   std::int64_t drain_ms = kDrainMsDefault;
+  /// Time without news after which a subscriber gets a bookmark.
+  std::int64_t bookmark_ms = kBookmarkMsDefault;
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
 };

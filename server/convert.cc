@@ -356,7 +356,14 @@ Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance) {
     spec.progress_interval = std::chrono::milliseconds(advance.progress_interval_ms());
   }
   if (advance.has_commit_interval_ms()) {
-    return NotYet("Committing while the loop runs", "advance.commit_interval_ms");
+    if (advance.commit_interval_ms() < kCommitIntervalMsMin ||
+        advance.commit_interval_ms() > kMsMax) {
+      return RangeError("advance.commit_interval_ms is " +
+                            std::to_string(advance.commit_interval_ms()) +
+                            "; it must be >= " + std::to_string(kCommitIntervalMsMin),
+                        "advance.commit_interval_ms");
+    }
+    spec.commit_interval = std::chrono::milliseconds(advance.commit_interval_ms());
   }
   return spec;
 }

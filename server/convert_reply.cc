@@ -119,13 +119,13 @@ void WriteBody(const ProgressEvent& progress, const SessionEvent&, const WantedP
 void WriteBody(const DiffEvent& diff, const SessionEvent&, const WantedParts& parts,
                v1::EditResponse& response) {
   *response.mutable_diff() =
-      ToMeshDiff(diff.diff, {.applied_update_id = diff.applied_update_id, .parts = parts});
+      ToMeshDiff(*diff.diff, {.applied_update_id = diff.applied_update_id, .parts = parts});
 }
 
 void WriteBody(const SnapshotEvent& snapshot, const SessionEvent&, const WantedParts& parts,
                v1::EditResponse& response) {
   *response.mutable_snapshot() = ToMeshSnapshot(
-      snapshot.snapshot, {.applied_update_id = snapshot.applied_update_id, .parts = parts});
+      *snapshot.snapshot, {.applied_update_id = snapshot.applied_update_id, .parts = parts});
 }
 
 void WriteBody(const AdvancedEvent& advanced, const SessionEvent& event, const WantedParts&,
@@ -150,6 +150,10 @@ void WriteBody(const AdvancedEvent& advanced, const SessionEvent& event, const W
 void WriteBody(const ClosingEvent& closing, const SessionEvent&, const WantedParts&,
                v1::EditResponse& response) {
   *response.mutable_closing()->mutable_error() = ToErrorDetail(closing.error);
+}
+
+void WriteBody(const BookmarkEvent&, const SessionEvent&, const WantedParts&, v1::EditResponse&) {
+  PLIANT_CHECK(false, "an editor gets no bookmarks");
 }
 
 }  // namespace
@@ -229,6 +233,24 @@ v1::EditResponse ToEditResponse(const SessionEvent& event, const WantedParts& pa
   response.set_update_id(event.update_id);
   response.set_revision(static_cast<std::int64_t>(event.revision));
   std::visit([&](const auto& body) { WriteBody(body, event, parts, response); }, event.body);
+  return response;
+}
+
+v1::SubscribeResponse ToSubscribeResponse(const SessionEvent& event, const WantedParts& parts) {
+  v1::SubscribeResponse response;
+  response.set_revision(static_cast<std::int64_t>(event.revision));
+  if (const auto* diff = std::get_if<DiffEvent>(&event.body)) {
+    *response.mutable_diff() =
+        ToMeshDiff(*diff->diff, {.applied_update_id = diff->applied_update_id, .parts = parts});
+  } else if (const auto* snapshot = std::get_if<SnapshotEvent>(&event.body)) {
+    *response.mutable_snapshot() = ToMeshSnapshot(
+        *snapshot->snapshot, {.applied_update_id = snapshot->applied_update_id, .parts = parts});
+  } else if (const auto* closing = std::get_if<ClosingEvent>(&event.body)) {
+    *response.mutable_closing()->mutable_error() = ToErrorDetail(closing->error);
+  } else {
+    PLIANT_CHECK(std::holds_alternative<BookmarkEvent>(event.body));
+    response.mutable_bookmark();
+  }
   return response;
 }
 

@@ -36,6 +36,10 @@ struct ReplyContext {
 /// What a session says, as its editor gets it.
 [[nodiscard]] v1::EditResponse ToEditResponse(const SessionEvent& event, const WantedParts& parts);
 
+/// The same for a subscriber. @pre a diff, a snapshot, a bookmark or a closing event
+[[nodiscard]] v1::SubscribeResponse ToSubscribeResponse(const SessionEvent& event,
+                                                        const WantedParts& parts);
+
 [[nodiscard]] v1::Session ToSession(const SessionInfo& info);
 
 }  // namespace pliant::server

@@ -18,13 +18,12 @@ class RemesherEngine final : public Engine {
   Result<Progress> Step(const Budget& budget) override { return remesher_->Step(budget); }
   MeshDiff Commit() override { return remesher_->Commit(); }
   void Rollback() override { remesher_->Rollback(); }
-  MeshDiff Snapshot() const override {
-    return SnapshotOf(remesher_->mesh(), remesher_->revision());
-  }
+  MeshDiff Snapshot() const override { return remesher_->Snapshot(); }
   Quality MeasureQuality() const override {
     return pliant::MeasureQuality(remesher_->mesh(), remesher_->field());
   }
   std::vector<std::string> Validate() const override { return pliant::Validate(remesher_->mesh()); }
+  bool building() const override { return remesher_->building(); }
   Revision revision() const override { return remesher_->revision(); }
   std::int32_t vertex_count() const override { return remesher_->mesh().vertex_count(); }
 

@@ -38,7 +38,9 @@ class Engine {
   virtual Result<Progress> Step(const Budget& budget) = 0;
   virtual MeshDiff Commit() = 0;
   virtual void Rollback() = 0;
-  /// The whole mesh as a diff from nothing. Meant for a committed state.
+  /// A commit now would spoil the first mesh, which is still being built from coarse to fine.
+  [[nodiscard]] virtual bool building() const { return false; }
+  /// The whole mesh of the last commit as a diff from nothing, whatever has changed since.
   [[nodiscard]] virtual MeshDiff Snapshot() const = 0;
   [[nodiscard]] virtual Quality MeasureQuality() const = 0;
   /// What is wrong with the mesh, a sentence each: asked after a bug, before going on.

@@ -45,6 +45,18 @@ inline constexpr int kDownloadsMax = 64;
 /// Least progress interval, in ms: faster than a person or a monitor can use.
 inline constexpr std::int64_t kProgressIntervalMsMin = 10;
 
+/// Subscribers of one session: an entry and, while one reads, one message each.
+inline constexpr std::size_t kSubscribersMax = 4096;
+/// Bytes of diffs that a session keeps unless its options say less: hours of small updates, and
+/// less than the mesh that they belong to where updates are large.
+inline constexpr std::size_t kHistoryBytesMax = 16 << 20;
+/// Time without news after which a subscriber gets a bookmark, in ms: a sign of life that costs
+/// nothing, and a point to resume from. Unless configured otherwise.
+inline constexpr std::int64_t kBookmarkMsDefault = 10'000;
+/// Least interval of commits within one advance, in ms: a commit costs what changed, and its reader
+/// has to keep up.
+inline constexpr std::int64_t kCommitIntervalMsMin = 10;
+
 // Scheduling.
 
 /// Time that a session computes before the next one gets its turn, in ms: a small update waits for

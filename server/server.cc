@@ -46,7 +46,8 @@ Server::Server(const Config& config, Parts parts)
                            .factory = parts_.engine_factory,
                            .on_broken = [this](const std::string& id) { registry_.Remove(id); }},
                .limits = {.vertices_max = config.vertices_max},
-               .sessions_max = config.sessions_max},
+               .sessions_max = config.sessions_max,
+               .bookmark_interval = std::chrono::milliseconds(config.bookmark_ms)},
       sessions_(context_),
       info_(context_) {}
 

@@ -13,6 +13,7 @@
 #include "server/limits.h"
 #include "server/request_id.h"
 #include "server/session_stream.h"
+#include "server/subscribe_stream.h"
 
 namespace pliant::server {
 namespace {
@@ -163,6 +164,16 @@ grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* SessionServiceImpl::
                             .request_id = RequestIdOf(*call)});
 }
 
+grpc::ServerWriteReactor<v1::SubscribeResponse>* SessionServiceImpl::Subscribe(
+    grpc::CallbackServerContext* call, const v1::SubscribeRequest* request) {
+  return SubscribeStream::Begin({.registry = context_.registry,
+                                 .calls = context_.calls,
+                                 .log = context_.session.log,
+                                 .request_id = RequestIdOf(*call),
+                                 .bookmark_interval = context_.bookmark_interval},
+                                *request);
+}
+
 grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
     grpc::CallbackServerContext*, const v1::GetMeshRequest* request) {
   auto* download = new Download(downloads_, *context_.calls);
@@ -218,7 +229,7 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
        {"create.domain", "create.mesh", "edit.metric", "edit.discard", "edit.advance",
         "metric.expression", "metric.size", "metric.vertices", "metric.background",
         "limits.size_min", "limits.size_max", "limits.anisotropy_max", "limits.gradation",
-        "limits.rotation", "part.metric", "numbering.dense", "quality.limited"}) {
+        "limits.rotation", "part.metric", "numbering.dense", "subscribe", "quality.limited"}) {
     response->add_capabilities(capability);
   }
   auto& limits = *response->mutable_limits();

@@ -3,6 +3,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <atomic>
+#include <chrono>
 #include <cstdint>
 
 #include "pliant/v1/job.grpc.pb.h"
@@ -22,6 +23,7 @@ struct ServiceContext {
   Session::Environment session;
   RequestLimits limits;
   std::size_t sessions_max = 0;
+  std::chrono::milliseconds bookmark_interval{0};
 };
 
 /// The calls on sessions. None of them computes: they look up, queue and answer.
@@ -44,6 +46,8 @@ class SessionServiceImpl final : public v1::SessionService::CallbackService {
                                           v1::DeleteSessionResponse* response) override;
   grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* Edit(
       grpc::CallbackServerContext* call) override;
+  grpc::ServerWriteReactor<v1::SubscribeResponse>* Subscribe(
+      grpc::CallbackServerContext* call, const v1::SubscribeRequest* request) override;
   grpc::ServerWriteReactor<v1::GetMeshResponse>* GetMesh(
       grpc::CallbackServerContext* call, const v1::GetMeshRequest* request) override;
   grpc::ServerUnaryReactor* GetQuality(grpc::CallbackServerContext* call,

@@ -9,17 +9,13 @@
 #include "server/limits.h"
 
 namespace pliant::server {
-namespace {
-
-std::string Text(Revision revision) { return std::to_string(static_cast<std::int64_t>(revision)); }
-
-}  // namespace
-
 Session::Session(Environment environment, std::string session_id,
                  std::map<std::string, std::string> labels)
     : environment_(std::move(environment)),
       session_id_(std::move(session_id)),
       calls_({.count_max = kCallsMax, .bytes_max = SIZE_MAX}),
+      followers_(kSubscribersMax),
+      history_(environment_.history_bytes_max),
       results_(kUpdateResultsMax) {
   info_.session_id = session_id_;
   info_.labels = std::move(labels);
@@ -52,6 +48,23 @@ Status Session::Attach(std::shared_ptr<Editor> editor) {
 void Session::Detach(const Editor* editor) {
   const std::lock_guard lock(mutex_);
   if (editor_.get() == editor) editor_ = nullptr;
+}
+
+Status Session::Subscribe(std::shared_ptr<Subscriber> subscriber, Revision mirror_revision) {
+  {
+    // Under the lock: a session that ends closes those who came before.
+    const std::lock_guard lock(mutex_);
+    if (close_error_) return *close_error_;
+    if (drain_error_) return *drain_error_;
+    PLIANT_RETURN_IF_ERROR(followers_.Add(std::move(subscriber), mirror_revision));
+  }
+  WakeForSubscriber();
+  return {};
+}
+
+void Session::WakeForSubscriber() {
+  followers_wait_ = true;
+  Wake();
 }
 
 void Session::CancelAdvance(std::int64_t update_id) {
@@ -133,6 +146,11 @@ Task::Outcome Session::RunUnguarded(Clock::Time slice_end) {
       TearDown(*close_error);
       return Outcome::kIdle;
     }
+    if (followers_wait_.exchange(false) && !ServeFollowers(slice_end)) {
+      followers_wait_ = true;
+      // An advance that runs gets its part of the next slice all the same.
+      if (!advance_) return Outcome::kMore;
+    }
     if (advance_) {
       if (!ContinueAdvance(slice_end)) return Outcome::kMore;
     } else if (!HandleOneThing()) {
@@ -161,6 +179,7 @@ bool Session::HandleOneThing() {
     current_call_ = nullptr;
     return true;
   }
+  if (drain_error) followers_.CloseAll(*drain_error);
   if (editor == nullptr) return false;
   if (drain_error) {
     Detach(editor.get());
@@ -234,14 +253,37 @@ void Session::HandleOpen(const std::shared_ptr<Editor>& editor, const OpenComman
                             .active_count = active_count_,
                             .staged_count = engine_->staged_count()};
   editor->Send(std::move(opened));
-  if (mirror_ == Mirror::kFull && open.mirror_revision != revision_ &&
-      revision_ != Revision::kNone) {
-    SessionEvent snapshot = MakeEvent(0);
-    snapshot.body = SnapshotEvent{.snapshot = engine_->engine().Snapshot(),
-                                  .applied_update_id = applied_update_id_};
-    editor->Send(std::move(snapshot));
-  }
+  if (mirror_ == Mirror::kFull) SendMissed(editor, open.mirror_revision);
   editor->CommandDone();
+}
+
+// What takes a mirror to the current revision: one diff, or a snapshot if the history is too short.
+void Session::SendMissed(const std::shared_ptr<Editor>& editor, Revision mirror_revision) {
+  if (mirror_revision == revision_ || revision_ == Revision::kNone) return;
+  SessionEvent event = MakeEvent(0);
+  std::shared_ptr<const MeshDiff> diff;
+  if (mirror_revision != Revision::kNone) diff = history_.Since(mirror_revision);
+  if (diff != nullptr) {
+    event.body = DiffEvent{std::move(diff), applied_update_id_};
+  } else {
+    event.body = SnapshotEvent{std::make_shared<const MeshDiff>(engine_->engine().Snapshot()),
+                               applied_update_id_};
+  }
+  editor->Send(std::move(event));
+}
+
+bool Session::ServeFollowers(Clock::Time slice_end) {
+  if (!engine_) return true;
+  const Followers::Source source{
+      .revision = revision_,
+      .applied_update_id = applied_update_id_,
+      .history = &history_,
+      .snapshot = [this] {
+        return std::make_shared<const MeshDiff>(engine_->engine().Snapshot());
+      }};
+  const bool all_served = followers_.Serve(source, *environment_.clock, slice_end);
+  if (all_served) history_.Trim();
+  return all_served;
 }
 
 void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command) {
@@ -280,138 +322,6 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
     accepted.body = AcceptedEvent{.staged_count = engine_->staged_count()};
     Answer(editor, std::move(accepted));
   }
-}
-
-void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
-                           const AdvanceSpec& spec) {
-  if (engine_->tainted()) {
-    const Status status = engine_->Discard();
-    Reject(editor, update_id,
-           status.ok() ? Error{ErrorCode::kUpdateRejected,
-                               "an update since the last advance was refused, so nothing was "
-                               "committed and the stage is empty now: send the step again",
-                               {}}
-                       : status.error());
-    return;
-  }
-  const Clock::Time now = environment_.clock->Now();
-  advance_ = RunningAdvance{.editor = editor,
-                            .update_id = update_id,
-                            .spec = spec,
-                            .begin = now,
-                            .progress = {},
-                            .last_progress = now};
-  const std::lock_guard lock(mutex_);
-  running_update_id_ = update_id;
-  stop_advance_ = cancel_update_id_ == update_id || close_error_ || drain_error_;
-  info_.running = true;
-}
-
-// Works on the advance until it ends (true) or the slice does (false).
-bool Session::ContinueAdvance(Clock::Time slice_end) {
-  RunningAdvance& advance = *advance_;
-  const Clock& clock = *environment_.clock;
-  for (;;) {
-    const std::int64_t visits_left = advance.spec.visits_max - advance.progress.counts.visits;
-    const Clock::Time step_begin = clock.Now();
-    const Result<Progress> result = engine_->Step(
-        {.visits_max = std::min(visits_left, kVisitsPerStep), .cancel = &stop_advance_});
-    const Clock::Time now = clock.Now();
-    advance.compute += now - step_begin;
-    if (!result.ok()) {
-      FailAdvance(result.error());
-      return true;
-    }
-    advance.progress = *result;
-    if (advance.progress.stop_reason == StopReason::kCancelled) {
-      const std::lock_guard lock(mutex_);
-      if (close_error_) return true;  // Nobody is left to commit for.
-    }
-    if (advance.progress.stop_reason != StopReason::kVisitBudget ||
-        advance.progress.counts.visits >= advance.spec.visits_max) {
-      FinishAdvance(AdvanceEnd::kEngine);
-      return true;
-    }
-    if (advance.spec.time_max && now - advance.begin >= *advance.spec.time_max) {
-      FinishAdvance(AdvanceEnd::kTimeBudget);
-      return true;
-    }
-    if (advance.spec.progress_interval &&
-        now - advance.last_progress >= *advance.spec.progress_interval) {
-      advance.last_progress = now;
-      SessionEvent event = MakeEvent(advance.update_id);
-      event.body = ProgressEvent{
-          .progress = advance.progress,
-          .vertex_count = engine_->engine().vertex_count(),
-          .elapsed = std::chrono::duration_cast<std::chrono::milliseconds>(now - advance.begin)};
-      advance.editor->Send(std::move(event));
-    }
-    if (now >= slice_end) return false;
-  }
-}
-
-void Session::FinishAdvance(AdvanceEnd end) {
-  RunningAdvance advance = *std::move(advance_);
-  current_editor_ = advance.editor;
-  current_update_id_ = advance.update_id;
-  advance_.reset();
-  const Revision base_revision = revision_;
-  const Clock::Time commit_begin = environment_.clock->Now();
-  MeshDiff diff = engine_->Commit();
-  const Clock::Time now = environment_.clock->Now();
-  revision_ = diff.revision;
-  applied_update_id_ = advance.update_id;
-  active_count_ = advance.progress.active_count;
-  {
-    const std::lock_guard lock(mutex_);
-    running_update_id_ = 0;
-    stop_advance_ = false;
-    if (drain_error_ && advance.progress.stop_reason == StopReason::kCancelled) {
-      end = AdvanceEnd::kServerClosing;
-    }
-    info_.revision = revision_;
-    info_.active_count = active_count_;
-    info_.summary = diff.summary;
-    info_.commit_time = environment_.clock->WallNow();
-  }
-  SessionEvent advanced = MakeEvent(advance.update_id);
-  advanced.body = AdvancedEvent{
-      .base_revision = base_revision,
-      .summary = diff.summary,
-      .progress = advance.progress,
-      .end = end,
-      .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute +
-                                                                       (now - commit_begin)),
-      .elapsed = std::chrono::duration_cast<std::chrono::microseconds>(now - advance.begin)};
-  environment_.log->Info("commit", {{"session", session_id_},
-                                    {"update", std::to_string(advance.update_id)},
-                                    {"revision", Text(revision_)},
-                                    {"vertices", std::to_string(diff.summary.vertex_count)},
-                                    {"visits", std::to_string(advance.progress.counts.visits)},
-                                    {"active", std::to_string(active_count_)}});
-  if (mirror_ == Mirror::kFull) {
-    SessionEvent event = MakeEvent(advance.update_id);
-    event.body = DiffEvent{.diff = std::move(diff), .applied_update_id = applied_update_id_};
-    advance.editor->Send(std::move(event));
-  }
-  Answer(advance.editor, std::move(advanced));
-  current_editor_ = nullptr;
-  current_update_id_ = 0;
-  PublishInfo();
-}
-
-void Session::FailAdvance(const Error& error) {
-  const RunningAdvance advance = *std::move(advance_);
-  advance_.reset();
-  {
-    const std::lock_guard lock(mutex_);
-    running_update_id_ = 0;
-    stop_advance_ = false;
-  }
-  const Status status = engine_->Discard();
-  PLIANT_CHECK(status.ok(), "discard", status.ok() ? "" : status.error().message);
-  Reject(advance.editor, advance.update_id, error);
-  PublishInfo();
 }
 
 void Session::Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_id,

@@ -9,7 +9,10 @@
 #include <string>
 
 #include "server/clock.h"
+#include "server/diff_history.h"
+#include "server/followers.h"
 #include "server/inbox.h"
+#include "server/limits.h"
 #include "server/log.h"
 #include "server/scheduler.h"
 #include "server/session_messages.h"
@@ -29,6 +32,8 @@ class Editor {
   virtual std::optional<SessionCommand> NextCommand() = 0;
   /// The last command taken is answered in full.
   virtual void CommandDone() = 0;
+  /// Answers that nobody asked for may be made: the reader keeps up.
+  [[nodiscard]] virtual bool HasRoom() const = 0;
   /// Queues an event. Progress may be dropped if there is no room.
   virtual void Send(SessionEvent event) = 0;
   /// Sends what is queued and a closing event, then ends the stream with this error.
@@ -65,6 +70,9 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     EngineFactory factory;
     /// Called from a worker when a bug has ended the session: nobody should find it any more.
     std::function<void(const std::string& session_id)> on_broken;
+    /// Visits between two looks at the clock.
+    std::int64_t visits_per_step = kVisitsPerStep;
+    std::size_t history_bytes_max = kHistoryBytesMax;
   };
 
   Session(Environment environment, std::string session_id,
@@ -77,6 +85,12 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   Status Attach(std::shared_ptr<Editor> editor);
   /// The editor is gone; its commands that were not begun are dropped, an advance goes on.
   void Detach(const Editor* editor);
+  /// Tells a subscriber what it misses from now on, beginning with a diff, a snapshot or, if its
+  /// revision is the current one, a bookmark. Error: kResourceExhausted.
+  Status Subscribe(std::shared_ptr<Subscriber> subscriber, Revision mirror_revision);
+  void Unsubscribe(const Subscriber* subscriber) { followers_.Remove(subscriber); }
+  /// A subscriber is ready for more.
+  void WakeForSubscriber();
   /// Ends the advance with this id early, now or when it begins.
   void CancelAdvance(std::int64_t update_id);
   /// Queues a call; the answer waits for a running advance. Error: kResourceExhausted.
@@ -105,19 +119,28 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     AdvanceSpec spec;
     Clock::Time begin;
     std::chrono::nanoseconds compute{0};
-    Progress progress;
+    Revision base_revision = Revision::kNone;
+    Progress progress;            // Since the last commit...
+    LoopCounts committed_counts;  // ...and what this advance has committed before.
     Clock::Time last_progress;
+    Clock::Time last_commit;
   };
 
   Outcome RunUnguarded(Clock::Time slice_end);
   bool Build();
   bool HandleOneThing();
   void HandleCall(const SessionCall& call);
+  bool ServeFollowers(Clock::Time slice_end);
+  void SendMissed(const std::shared_ptr<Editor>& editor, Revision mirror_revision);
   void HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open);
   void HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
   void BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
                     const AdvanceSpec& spec);
   bool ContinueAdvance(Clock::Time slice_end);
+  [[nodiscard]] std::int64_t VisitsOf(const RunningAdvance& advance) const;
+  void TellProgress(Clock::Time now);
+  void CommitOnTheWay(Clock::Time now);
+  std::shared_ptr<const MeshDiff> Commit(const RunningAdvance& advance);
   void FinishAdvance(AdvanceEnd end);
   void FailAdvance(const Error& error);
   void Answer(const std::shared_ptr<Editor>& editor, SessionEvent event);
@@ -143,7 +166,11 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   SessionInfo info_;                        // Guarded by mutex_.
   std::atomic<bool> stop_advance_ = false;  // Written under mutex_; the engine polls it.
 
+  Followers followers_;
+  std::atomic<bool> followers_wait_ = false;  // Somebody may have to be served.
+
   std::optional<StagedEngine> engine_;
+  DiffHistory history_;
   UpdateResults results_;
   Revision revision_ = Revision::kNone;
   std::int64_t applied_update_id_ = 0;

@@ -3,6 +3,7 @@
 #include <chrono>
 #include <cstdint>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <variant>
@@ -62,6 +63,7 @@ struct AdvanceSpec {
   std::int64_t visits_max = INT64_MAX;
   std::optional<std::chrono::milliseconds> time_max = {};
   std::optional<std::chrono::milliseconds> progress_interval = {};
+  std::optional<std::chrono::milliseconds> commit_interval = {};
 };
 
 /// An update or advance that could not be converted: it comes all the same, so that its refusal
@@ -103,12 +105,12 @@ struct ProgressEvent {
 };
 /// A revision was committed.
 struct DiffEvent {
-  MeshDiff diff = {};
+  std::shared_ptr<const MeshDiff> diff = {};  ///< Shared with the history and other readers.
   std::int64_t applied_update_id = 0;
 };
 /// The whole mesh.
 struct SnapshotEvent {
-  MeshDiff snapshot = {};
+  std::shared_ptr<const MeshDiff> snapshot = {};
   std::int64_t applied_update_id = 0;
 };
 /// Why an advance ended, where it was not the engine's doing.
@@ -127,12 +129,15 @@ struct ClosingEvent {
   Error error;
 };
 
-/// What a session tells its editor.
+/// The reader has everything up to the event's revision.
+struct BookmarkEvent {};
+
+/// What a session tells its editor or a subscriber.
 struct SessionEvent {
   std::int64_t update_id = 0;           ///< What it answers; 0 if nothing.
   Revision revision = Revision::kNone;  ///< Of the session, when it was made.
   std::variant<OpenedEvent, AcceptedEvent, RejectedEvent, ProgressEvent, DiffEvent, SnapshotEvent,
-               AdvancedEvent, ClosingEvent>
+               AdvancedEvent, ClosingEvent, BookmarkEvent>
       body = {};
 };
 

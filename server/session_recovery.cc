@@ -70,6 +70,7 @@ void Session::TearDown(const Error& error) {
   torn_down_ = true;
   advance_.reset();
   engine_.reset();
+  history_ = DiffHistory(0);
   std::shared_ptr<Editor> editor;
   std::optional<StartRequest> start;
   {
@@ -80,6 +81,7 @@ void Session::TearDown(const Error& error) {
   }
   if (start) start->done(error);
   if (editor != nullptr) editor->Close(error);
+  followers_.CloseAll(error);
   for (;;) {
     std::optional<SessionCall> call;
     {

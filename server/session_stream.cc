@@ -111,6 +111,11 @@ void EditStream::CommandDone() {
   Pump();
 }
 
+bool EditStream::HasRoom() const {
+  const std::lock_guard lock(mutex_);
+  return !end_ && outbox_.has_room();
+}
+
 void EditStream::Send(SessionEvent event) {
   {
     const std::lock_guard lock(mutex_);

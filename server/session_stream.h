@@ -52,6 +52,7 @@ class EditStream final : public grpc::ServerBidiReactor<v1::EditRequest, v1::Edi
 
   std::optional<SessionCommand> NextCommand() override;
   void CommandDone() override;
+  [[nodiscard]] bool HasRoom() const override;
   void Send(SessionEvent event) override;
   void Close(const Error& error) override;
 
@@ -72,7 +73,7 @@ class EditStream final : public grpc::ServerBidiReactor<v1::EditRequest, v1::Edi
   // Used by Send alone, which one worker at a time calls.
   std::int64_t last_blob_id_ = 0;
 
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::shared_ptr<EditStream> self_;  // Keeps this alive until OnDone.
   std::shared_ptr<Session> session_;  // Set once, by the first message.
   WantedParts parts_;                 // Set with it.

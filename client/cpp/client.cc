@@ -5,6 +5,7 @@
 #include "client/cpp/connection.h"
 #include "client/cpp/convert.h"
 #include "client/cpp/session_impl.h"
+#include "client/cpp/subscription_impl.h"
 
 namespace pliant::client {
 namespace {
@@ -63,6 +64,12 @@ Result<std::unique_ptr<Session>> Client::OpenSession(const std::string& session_
   auto impl = std::make_unique<Session::Impl>(connection_, session_id, parts);
   PLIANT_RETURN_IF_ERROR(impl->Open());
   return std::unique_ptr<Session>(new Session(std::move(impl)));
+}
+
+std::unique_ptr<Subscription> Client::Subscribe(const std::string& session_id,
+                                                const SubscribeOptions& options) {
+  return std::unique_ptr<Subscription>(
+      new Subscription(std::make_unique<Subscription::Impl>(connection_, session_id, options)));
 }
 
 Result<SessionInfo> Client::GetSession(const std::string& session_id) {

@@ -6,6 +6,7 @@
 
 #include "client/cpp/mesh_replica.h"
 #include "client/cpp/session.h"
+#include "client/cpp/subscription.h"
 #include "client/cpp/types.h"
 #include "core/base/result.h"
 #include "core/metric/metric_spec.h"
@@ -43,6 +44,10 @@ class Client {
   /// or kSessionBusy while another editor has it.
   Result<std::unique_ptr<Session>> OpenSession(const std::string& session_id,
                                                Parts parts = Parts::kMesh);
+
+  /// Follows a session that anybody edits. What is wrong with the id shows in the first Next.
+  std::unique_ptr<Subscription> Subscribe(const std::string& session_id,
+                                          const SubscribeOptions& options = {});
 
   /// Fails with kSessionNotFound.
   Result<SessionInfo> GetSession(const std::string& session_id);

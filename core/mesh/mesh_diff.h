@@ -56,6 +56,12 @@ struct MeshDiff {
   std::vector<std::array<VertexId, 2>> edge_vertices;  ///< In the direction of their segment.
   std::vector<std::int32_t> edge_tags;
 
+  /// Of the written ids, those that were not live at `base_revision`; left empty where that is
+  /// kNone and every id is such a one. For whoever merges diffs; they do not travel.
+  std::vector<VertexId> created_vertices;
+  std::vector<TriangleId> created_triangles;
+  std::vector<EdgeId> created_edges;
+
   /// Vertices whose metric changed (a superset of the new ones), with it.
   std::vector<VertexId> metric_vertex_ids;
   std::vector<Metric> metrics;

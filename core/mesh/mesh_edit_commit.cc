@@ -83,6 +83,7 @@ void MeshEdit::FoldVertices(MeshDiff& diff) {
       summary_.state_hash += VertexHash(id, now.position);
       diff.vertex_ids.push_back(id);
       diff.vertex_positions.push_back(now.position);
+      if (!old.live) diff.created_vertices.push_back(id);
     }
     if (old.live && !now.live) diff.removed_vertices.push_back(id);
     if (now.live && (!old.live || !SameBits(old.metric, now.metric))) {
@@ -107,6 +108,7 @@ void MeshEdit::FoldTriangles(MeshDiff& diff) {
       diff.triangle_ids.push_back(id);
       diff.triangle_vertices.push_back(after);
       diff.triangle_regions.push_back(now.region);
+      if (!old.live) diff.created_triangles.push_back(id);
     } else if (old.live) {
       diff.removed_triangles.push_back(id);
     }
@@ -126,6 +128,7 @@ void MeshEdit::FoldEdges(MeshDiff& diff) {
       diff.edge_ids.push_back(id);
       diff.edge_vertices.push_back(now.vertices);
       diff.edge_tags.push_back(now.tag);
+      if (!old.live) diff.created_edges.push_back(id);
     } else if (old.live) {
       diff.removed_edges.push_back(id);
     }

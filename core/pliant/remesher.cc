@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/delaunay/import_mesh.h"
+#include "core/mesh/committed_snapshot.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/pliant/check_options.h"
 #include "core/pliant/followed_metric.h"
@@ -42,7 +43,7 @@ class Remesher::Impl {
     BuildFromPlan(plan, edit_);
   }
 
-  explicit Impl(Snapshot snapshot)
+  explicit Impl(SavedSession snapshot)
       : options_(snapshot.options),
         edit_(mesh_),
         loop_(edit_, options_),
@@ -225,6 +226,11 @@ class Remesher::Impl {
 
   void UseHelpers(const Helpers& helpers) { helpers_ = helpers; }
 
+  [[nodiscard]] MeshDiff Snapshot() const {
+    PLIANT_CHECK(revision_ != Revision::kNone);
+    return CommittedSnapshot(edit_, revision_);
+  }
+
   std::optional<RevisionDelta> TakeUndo() {
     std::optional<MeshDelta> mesh = edit_.TakeUndo();
     if (!mesh) return std::nullopt;
@@ -283,7 +289,7 @@ class Remesher::Impl {
   }
 
   static Result<std::unique_ptr<Impl>> Load(std::span<const std::byte> bytes) {
-    PLIANT_ASSIGN_OR_RETURN(Snapshot snapshot, ReadSnapshot(bytes));
+    PLIANT_ASSIGN_OR_RETURN(SavedSession snapshot, ReadSnapshot(bytes));
     const MeshSummary summary = snapshot.summary;
     auto impl = std::make_unique<Impl>(std::move(snapshot));
     if (impl->edit_.summary() != summary) {
@@ -308,6 +314,7 @@ class Remesher::Impl {
 
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] const MetricField& field() const { return followed_.field(); }
+  [[nodiscard]] bool building() const { return nested_.has_value(); }
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] const Options& options() const { return options_; }
   [[nodiscard]] const FieldSet& fields() const { return fields_; }
@@ -438,6 +445,7 @@ MeshDiff Remesher::Commit() { return impl_->Commit(); }
 CommitWithTransfer Remesher::CommitAndTransfer() { return impl_->CommitAndTransfer(); }
 Status Remesher::SetFields(const FieldUpdate& update) { return impl_->SetFields(update); }
 void Remesher::Rollback() { impl_->Rollback(); }
+MeshDiff Remesher::Snapshot() const { return impl_->Snapshot(); }
 std::optional<RevisionDelta> Remesher::TakeUndo() { return impl_->TakeUndo(); }
 
 RevisionDelta Remesher::InverseOf(const RevisionDelta& delta) const {
@@ -460,6 +468,7 @@ Result<RevisionDelta> Remesher::ReadDelta(std::span<const std::byte> bytes) cons
 
 const Mesh& Remesher::mesh() const { return impl_->mesh(); }
 const MetricField& Remesher::field() const { return impl_->field(); }
+bool Remesher::building() const { return impl_->building(); }
 Revision Remesher::revision() const { return impl_->revision(); }
 const Options& Remesher::options() const { return impl_->options(); }
 const FieldSet& Remesher::fields() const { return impl_->fields(); }

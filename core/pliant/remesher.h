@@ -127,6 +127,10 @@ class Remesher {
   /// there is nothing to go back to. @pre revision() != kNone
   void Rollback();
 
+  /// The mesh of the last commit as a diff from nothing, whatever has changed since.
+  /// @pre revision() != kNone @par Cost O(mesh)
+  [[nodiscard]] MeshDiff Snapshot() const;
+
   /// What takes the session from the last commit back to the one before it. Can be taken once,
   /// until the next commit; nothing after the first one, and after Load. @par Cost O(changed)
   std::optional<RevisionDelta> TakeUndo();
@@ -162,6 +166,9 @@ class Remesher {
   [[nodiscard]] const Mesh& mesh() const;
   /// The metric that the mesh follows, limits applied.
   [[nodiscard]] const MetricField& field() const;
+  /// The first mesh is being built from coarse to fine: a commit now ends that, and what follows
+  /// takes longer.
+  [[nodiscard]] bool building() const;
   /// Of the last commit; kNone before the first.
   [[nodiscard]] Revision revision() const;
   [[nodiscard]] const Options& options() const;

@@ -82,11 +82,11 @@ Result<Bytes> WriteSnapshot(const SnapshotParts& parts) {
   return SealBytes(kSnapshotSeal, std::move(writer).Take());
 }
 
-Result<Snapshot> ReadSnapshot(std::span<const std::byte> bytes) {
+Result<SavedSession> ReadSnapshot(std::span<const std::byte> bytes) {
   PLIANT_ASSIGN_OR_RETURN(const std::span<const std::byte> payload,
                           OpenSeal(bytes, kSnapshotSeal, kSnapshotName));
   ByteReader reader(payload);
-  Snapshot snapshot;
+  SavedSession snapshot;
   snapshot.options = ReadOptions(reader);
   snapshot.box = ReadBox(reader);
   snapshot.revision = Revision(reader.Take<std::int64_t>());

@@ -18,7 +18,7 @@
 namespace pliant {
 
 /// A committed session, whole: what Remesher::Load starts from.
-struct Snapshot {
+struct SavedSession {
   Options options;
   BoundingBox box;  ///< Of the points that the session began with.
   Revision revision = Revision::kNone;
@@ -45,6 +45,6 @@ struct SnapshotParts {
 [[nodiscard]] Result<Bytes> WriteSnapshot(const SnapshotParts& parts);
 
 /// Errors: kDataCorrupt, kDataVersion.
-[[nodiscard]] Result<Snapshot> ReadSnapshot(std::span<const std::byte> bytes);
+[[nodiscard]] Result<SavedSession> ReadSnapshot(std::span<const std::byte> bytes);
 
 }  // namespace pliant

@@ -17,6 +17,7 @@
 
 namespace pliant::client {
 
+using SubscribeWriter = grpc::ServerWriter<v1::SubscribeResponse>;
 using EditStream = grpc::ServerReaderWriter<v1::EditResponse, v1::EditRequest>;
 
 /// The columns of a diff or snapshot, under the names that both messages share.
@@ -141,6 +142,7 @@ class FakeServer : public v1::SessionService::Service, public v1::ServerService:
   std::function<grpc::Status(const v1::GetMeshRequest&, grpc::ServerWriter<v1::GetMeshResponse>*)>
       on_get_mesh;
   std::function<grpc::Status(const v1::ListSessionsRequest&, v1::ListSessionsResponse*)> on_list;
+  std::function<grpc::Status(const v1::SubscribeRequest&, SubscribeWriter*)> on_subscribe;
   grpc::Status create_status;
   v1::CreateSession created;  ///< What the last CreateSession said.
   std::int64_t created_chunk_count = 0;
@@ -170,6 +172,10 @@ class FakeServer : public v1::SessionService::Service, public v1::ServerService:
   grpc::Status GetMesh(grpc::ServerContext*, const v1::GetMeshRequest* request,
                        grpc::ServerWriter<v1::GetMeshResponse>* writer) override {
     return on_get_mesh(*request, writer);
+  }
+  grpc::Status Subscribe(grpc::ServerContext*, const v1::SubscribeRequest* request,
+                         SubscribeWriter* writer) override {
+    return on_subscribe(*request, writer);
   }
   grpc::Status ListSessions(grpc::ServerContext*, const v1::ListSessionsRequest* request,
                             v1::ListSessionsResponse* response) override {

@@ -10,6 +10,7 @@
 
 #include "tests/support/in_process_server.h"
 #include "tests/support/mirror.h"
+#include "tests/support/subscribe_client.h"
 
 namespace pliant::test {
 namespace {
@@ -143,6 +144,39 @@ TEST(Promises, OrderedAtomicCompleteAndValid) {
   EXPECT_TRUE(edit.Finish().ok());
 }
 
+// Method: one subscriber reads everything, one reads now and then, one comes again and again with
+// the revision that it had; in the end all three have the editor's mesh.
+TEST(Promises, EverySubscriberIsOrderedAtomicAndComplete) {
+  InProcessServer server;
+  std::string id;
+  ASSERT_TRUE(server.Create(UnitSquare("0.05"), &id).ok());
+  EditClient edit(server, id);
+  SubscribeClient steady(server, id);
+  SubscribeClient lazy(server, id);
+  Mirror editor;
+  Mirror steady_mirror;
+  Mirror lazy_mirror;
+  Mirror visitor_mirror;
+  std::int64_t update = 0;
+  for (int step = 0; step < 10; ++step) {
+    edit.Size(++update, "0.03 + 0.1*abs(x - 0." + std::to_string(step) + ")");
+    edit.Advance(++update);
+    ApplyUntil(edit, update, editor);
+    EXPECT_EQ(steady.Follow(steady_mirror, editor.revision), "") << kOrdered;
+    EXPECT_TRUE(steady_mirror == editor) << kOrdered;
+    if (step % 4 == 3) {
+      EXPECT_EQ(lazy.Follow(lazy_mirror, editor.revision), "") << kOrdered;
+      EXPECT_TRUE(lazy_mirror == editor) << kOrdered;
+    }
+    if (step % 3 == 0) {
+      SubscribeClient visitor(server, id, visitor_mirror.revision);
+      EXPECT_EQ(visitor.Follow(visitor_mirror, editor.revision), "") << kResumable;
+      EXPECT_TRUE(visitor_mirror == editor) << kResumable;
+    }
+  }
+  EXPECT_TRUE(edit.Finish().ok());
+}
+
 TEST(Promises, DeterministicHoweverTheWorkIsCut) {
   InProcessServer server;
   std::vector<std::uint64_t> hashes;
@@ -225,9 +259,9 @@ TEST(Promises, ResumableAfterABrokenConnection) {
   }
   EditClient edit(server, id, mirror.revision);
   EXPECT_EQ(edit.Next().opened().last_update_id(), 3) << kResumable;
-  const v1::EditResponse snapshot = edit.Next();
-  ASSERT_TRUE(snapshot.has_snapshot()) << kResumable;
-  EXPECT_EQ(mirror.Take(snapshot.snapshot()), "") << kResumable;
+  const v1::EditResponse missed = edit.Next();
+  ASSERT_TRUE(missed.has_diff()) << kResumable;
+  EXPECT_EQ(mirror.Apply(missed.diff()), "") << kResumable;
   edit.Size(2, "0.04");
   EXPECT_TRUE(edit.Until(2).back().has_accepted()) << kResumable;
   edit.Advance(3);

@@ -65,6 +65,7 @@ TEST(Config, RefusesNumbersOutOfRangeAndUnknownFlags) {
   EXPECT_EQ(Parse({"--sessions-max", "0"}).error().field, "sessions-max");
   EXPECT_EQ(Parse({"--vertices-max", "2"}).error().field, "vertices-max");
   EXPECT_EQ(Parse({"--drain-ms", "-1"}).error().field, "drain-ms");
+  EXPECT_EQ(Parse({"--bookmark-ms", "0"}).error().field, "bookmark-ms");
   EXPECT_FALSE(Parse({"--no-such-flag"}).ok());
   EXPECT_FALSE(Parse({"--log-level", "loud"}).ok());
   EXPECT_FALSE(Parse({"--data", "/var/lib"}).ok()) << "there is no store yet";

@@ -142,11 +142,6 @@ TEST_F(ServiceTest, AnswersUnimplementedForWhatIsNot) {
   }
   {
     grpc::ClientContext context;
-    v1::SubscribeRequest request;
-    codes.push_back(server_.sessions->Subscribe(&context, request)->Finish().error_code());
-  }
-  {
-    grpc::ClientContext context;
     v1::ListJobsResponse response;
     codes.push_back(server_.jobs->ListJobs(&context, {}, &response).error_code());
   }

@@ -29,6 +29,7 @@ class SharedEditor final : public Editor {
     ++taken_;
     return command;
   }
+  [[nodiscard]] bool HasRoom() const override { return true; }
   void CommandDone() override {
     const std::lock_guard lock(mutex_);
     ++done_;

@@ -35,7 +35,7 @@ TEST(Session, CommitsItsFirstRevisionAtTheFirstAdvance) {
   const auto editor = harness.Edit({OpenCommand{}, Advance(1)});
   EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1"));
   EXPECT_EQ(editor->done_count, 2);
-  EXPECT_EQ(BodyOf<DiffEvent>(*editor, 1).diff.revision, Revision(1));
+  EXPECT_EQ(BodyOf<DiffEvent>(*editor, 1).diff->revision, Revision(1));
   EXPECT_EQ(BodyOf<DiffEvent>(*editor, 1).applied_update_id, 1);
   const auto& advanced = BodyOf<AdvancedEvent>(*editor, 2);
   EXPECT_EQ(advanced.progress.stop_reason, StopReason::kConverged);
@@ -122,18 +122,48 @@ TEST(Session, KeepsWhatIsStagedWhenAConnectionBreaks) {
   EXPECT_EQ(BodyOf<AdvancedEvent>(*second, 2).progress.counts.visits, 5);
 }
 
-TEST(Session, SendsASnapshotToAMirrorThatIsBehindAndNoneToOneThatIsNot) {
+TEST(Session, SendsAMirrorWhatItMissed) {
   SessionHarness harness;
   harness.session->Detach(harness.Edit({OpenCommand{}, Advance(1), Advance(2)}).get());
   auto editor = harness.Edit({OpenCommand{.mirror_revision = Revision(2)}});
   EXPECT_THAT(editor->Log(), ElementsAre("opened"));
   harness.session->Detach(editor.get());
   editor = harness.Edit({OpenCommand{.mirror_revision = Revision(1)}});
-  EXPECT_THAT(editor->Log(), ElementsAre("opened", "snapshot"));
-  EXPECT_EQ(BodyOf<SnapshotEvent>(*editor, 1).snapshot.revision, Revision(2));
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff"));
+  EXPECT_EQ(BodyOf<DiffEvent>(*editor, 1).diff->base_revision, Revision(1));
   harness.session->Detach(editor.get());
+  // No mirror, and one of a revision that never was or is no longer known.
+  for (const std::int64_t revision : {0, 77}) {
+    editor = harness.Edit({OpenCommand{.mirror_revision = Revision(revision)}});
+    EXPECT_THAT(editor->Log(), ElementsAre("opened", "snapshot"));
+    EXPECT_EQ(BodyOf<SnapshotEvent>(*editor, 1).snapshot->revision, Revision(2));
+    harness.session->Detach(editor.get());
+  }
   editor = harness.Edit({OpenCommand{.mirror = Mirror::kNone}, Advance(3)});
   EXPECT_THAT(editor->Log(), ElementsAre("opened", "advanced 3"));
+}
+
+TEST(Session, TellsSubscribersWhatIsCommittedAndWhenItEnds) {
+  SessionHarness harness;
+  const auto early = std::make_shared<FakeSubscriber>();
+  ASSERT_TRUE(harness.session->Subscribe(early, Revision(0)).ok());
+  harness.RunAll();
+  EXPECT_THAT(early->log, ElementsAre("bookmark 0"));
+  harness.session->Detach(harness.Edit({OpenCommand{}, Advance(1)}).get());
+  EXPECT_THAT(early->log, ElementsAre("bookmark 0", "diff 0-1"));
+
+  harness.Edit({OpenCommand{.mirror_revision = Revision(1)}, kMetric(2, 1.0)});
+  const auto late = std::make_shared<FakeSubscriber>();
+  ASSERT_TRUE(harness.session->Subscribe(late, Revision(0)).ok());
+  harness.RunAll();
+  EXPECT_THAT(late->log, ElementsAre("snapshot 1"));
+  harness.session->Unsubscribe(late.get());
+  harness.session->Close({ErrorCode::kSessionNotFound, "gone", {}});
+  harness.RunAll();
+  EXPECT_EQ(early->closed->code, ErrorCode::kSessionNotFound);
+  EXPECT_FALSE(late->closed.has_value());
+  EXPECT_EQ(harness.session->Subscribe(late, Revision(0)).error().code,
+            ErrorCode::kSessionNotFound);
 }
 
 TEST(Session, HasOneEditorAtATime) {

@@ -152,13 +152,14 @@ class FakeEditor final : public Editor {
     return command;
   }
   void CommandDone() override { ++done_count; }
+  [[nodiscard]] bool HasRoom() const override { return has_room; }
   void Send(SessionEvent event) override { events.push_back(std::move(event)); }
   void Close(const Error& error) override { closed = error; }
 
   /// The events' kinds and ids in order, e.g. "opened", "rejected 3", "diff 4".
   [[nodiscard]] std::vector<std::string> Log() const {
-    static const char* const kNames[] = {"opened", "accepted", "rejected", "progress",
-                                         "diff",   "snapshot", "advanced", "closing"};
+    static const char* const kNames[] = {"opened",   "accepted", "rejected", "progress", "diff",
+                                         "snapshot", "advanced", "closing",  "bookmark"};
     std::vector<std::string> log;
     for (const SessionEvent& event : events) {
       log.emplace_back(kNames[event.body.index()]);
@@ -172,6 +173,30 @@ class FakeEditor final : public Editor {
   std::optional<Error> closed;
   bool has_room = true;
   int done_count = 0;
+};
+
+/// A subscriber that a test holds up and reads.
+class FakeSubscriber final : public Subscriber {
+ public:
+  [[nodiscard]] bool ready() const override { return is_ready; }
+  void Send(SessionEvent event) override {
+    const auto number = [](Revision revision) {
+      return std::to_string(static_cast<std::int64_t>(revision));
+    };
+    if (const auto* diff = std::get_if<DiffEvent>(&event.body)) {
+      log.push_back("diff " + number(diff->diff->base_revision) + "-" +
+                    number(diff->diff->revision));
+    } else if (const auto* snapshot = std::get_if<SnapshotEvent>(&event.body)) {
+      log.push_back("snapshot " + number(snapshot->snapshot->revision));
+    } else {
+      log.push_back("bookmark " + number(event.revision));
+    }
+  }
+  void Close(const Error& error) override { closed = error; }
+
+  std::vector<std::string> log;
+  std::optional<Error> closed;
+  bool is_ready = true;
 };
 
 }  // namespace pliant::server

@@ -36,7 +36,7 @@ pliant.errors.InvalidInput: NOT_POSITIVE_DEFINITE: ...
 
 from pliant import errors, metric, options
 from pliant.client import Client, SessionInfo, connect
-from pliant.diff import Diff
+from pliant.diff import Diff, Progress
 from pliant.errors import (
     AlreadyExists, Cancelled, DeadlineExceeded, Error, FailedPrecondition, Internal, InvalidInput,
     NotFound, ReplicaMismatch, ResourceExhausted, SessionBusy, Unavailable, Unimplemented)
@@ -44,13 +44,14 @@ from pliant.geometry import Domain, Mesh
 from pliant.local import start_local
 from pliant.options import Advance
 from pliant.quality import Histogram, LengthStatistics, Quality
-from pliant.replica import Counts, MeshView
+from pliant.replica import Change, Counts, MeshView
 from pliant.session import Session
+from pliant.subscription import Subscription
 
 __all__ = [
-    "Advance", "AlreadyExists", "Cancelled", "Client", "Counts", "DeadlineExceeded", "Diff",
-    "Domain", "Error", "FailedPrecondition", "Histogram", "Internal", "InvalidInput",
-    "LengthStatistics", "Mesh", "MeshView", "NotFound", "Quality", "ReplicaMismatch",
-    "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Unavailable", "Unimplemented",
-    "connect", "errors", "metric", "options", "start_local",
+    "Advance", "AlreadyExists", "Cancelled", "Change", "Client", "Counts", "DeadlineExceeded",
+    "Diff", "Domain", "Error", "FailedPrecondition", "Histogram", "Internal", "InvalidInput",
+    "LengthStatistics", "Mesh", "MeshView", "NotFound", "Progress", "Quality", "ReplicaMismatch",
+    "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Subscription", "Unavailable",
+    "Unimplemented", "connect", "errors", "metric", "options", "start_local",
 ]

@@ -11,6 +11,7 @@ from pliant import arrays, calls, errors, geometry
 from pliant import metric as metrics
 from pliant import options as opts
 from pliant.session import Session
+from pliant.subscription import Subscription
 from pliant.v1 import metric_pb2, session_pb2, session_pb2_grpc
 
 _CONNECT_S_MAX = 10.0
@@ -68,7 +69,8 @@ class Client:
     def create_session(self, *, domain: Optional[geometry.Domain] = None, mesh: Any = None,
                        metric: Any = None, session_id: str = "",
                        labels: Optional[Mapping[str, str]] = None,
-                       advance: Optional[opts.Advance] = None, **options) -> Session:
+                       advance: Optional[opts.Advance] = None, with_metric: bool = False,
+                       **options) -> Session:
         """Creates a session and its first mesh.
 
         Args:
@@ -80,6 +82,7 @@ class Client:
                 makes one.
             labels: free text by key, at most 16.
             advance: how long the first run may take. Default: until converged.
+            with_metric: keep the metric that the mesh follows in `mesh.metrics` too.
             **options: h_min, h_max (or hmin, hmax), hgrad, rotation, anisotropy_max as in
                 `pliant.options.Limits`; seed, variant, smoothing, no_insert, no_swap, no_move and
                 so on as in `pliant.options.SessionOptions`.
@@ -116,7 +119,7 @@ class Client:
             mesh=mesh and mesh.to_wire(sender), options=session_options.to_wire(), labels=labels,
             metric=metric_pb2.MetricUpdate(sources=[source.to_wire(sender, 0)],
                                            limits=limits.to_wire()))
-        session = self._session(self._upload(message, sender), is_owner=True)
+        session = self._session(self._upload(message, sender), True, with_metric)
         try:
             session.start(advance)
         except BaseException:
@@ -124,16 +127,33 @@ class Client:
             raise
         return session
 
-    def open_session(self, session_id: str) -> Session:
+    def open_session(self, session_id: str, with_metric: bool = False) -> Session:
         """Takes up a session that exists, with its present mesh.
+
+        Args:
+            session_id: its name.
+            with_metric: keep the metric that the mesh follows in `mesh.metrics` too.
 
         Raises:
             NotFound: there is none of that name.
             SessionBusy: another client edits it.
         """
-        session = self._session(session_id, is_owner=False)
+        session = self._session(session_id, False, with_metric)
         session.start()
         return session
+
+    def subscribe(self, session_id: str, with_metric: bool = False,
+                  reconnect_s: float = 60.0) -> Subscription:
+        """Follows a session that anybody edits: its mesh, and every change of it.
+
+        Args:
+            session_id: its name.
+            with_metric: bring the metric that the mesh follows too.
+            reconnect_s: how long to try to take up a lost connection.
+        """
+        made = Subscription(self._sessions, session_id, with_metric, reconnect_s)
+        self._open.add(made)
+        return made
 
     def sessions(self) -> List[SessionInfo]:
         """All sessions of the server, oldest first."""
@@ -166,8 +186,8 @@ class Client:
     def __repr__(self):
         return f"Client({self.address!r}, version {self.version})"
 
-    def _session(self, session_id, is_owner):
-        session = Session(self._sessions, session_id, is_owner)
+    def _session(self, session_id, is_owner, with_metric):
+        session = Session(self._sessions, session_id, is_owner, with_metric)
         self._open.add(session)
         return session
 

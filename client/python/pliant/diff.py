@@ -29,6 +29,9 @@ class Diff(Change):
         edge_tags: (n,) int32.
         counts: live elements at `revision`: `counts.vertices`, `.triangles`, `.edges`.
         state_hash: as proto/README.md defines it; the local copy has been compared with it.
+        metric_vertex_ids: (k,) int32 slots of vertices whose metric changed; empty unless the
+            session was made or opened `with_metric`.
+        metrics: (k, 3) float64 tensors at them.
         stop_reason: "CONVERGED", "VISIT_BUDGET", "TIME_BUDGET", "CANCELLED", "VERTEX_LIMIT",
             "VISIT_LIMIT" or "SERVER_CLOSING".
         active_count: vertices that the loop has not finished; 0 if converged.
@@ -64,6 +67,29 @@ class Diff(Change):
         return (f"Diff({self.base_revision} -> {self.revision}, {self.stop_reason.lower()}: "
                 f"{len(self.vertex_ids)} vertices, {len(self.triangle_ids)} triangles written, "
                 f"{len(self.removed_vertices)}, {len(self.removed_triangles)} removed)")
+
+
+@dataclass(frozen=True)
+class Progress:
+    """How a running advance is doing.
+
+    Attributes:
+        active_count: vertices that still wait for a visit.
+        visit_count: visits so far in this advance.
+        vertex_count: vertices now.
+        elapsed_ms: since the server started on it.
+    """
+
+    active_count: int
+    visit_count: int
+    vertex_count: int
+    elapsed_ms: int
+
+
+def progress_from_wire(message) -> Progress:
+    """The Progress of its message."""
+    return Progress(message.active_count, message.visit_count, message.vertex_count,
+                    message.elapsed_ms)
 
 
 def make_diff(change: Change, advanced) -> Diff:

@@ -47,6 +47,8 @@ class Change:
     edge_tags: np.ndarray
     counts: Counts
     state_hash: int
+    metric_vertex_ids: np.ndarray
+    metrics: np.ndarray
 
 
 def change_from_wire(message, blobs, is_snapshot) -> Change:
@@ -69,7 +71,9 @@ def change_from_wire(message, blobs, is_snapshot) -> Change:
         triangle_tags=ids("triangle_tags"), edge_ids=ids("edge_ids"),
         edge_vertices=rows("edge_vertices", "<i4", 2), edge_tags=ids("edge_tags"),
         counts=Counts(counts.vertex_count, counts.triangle_count, counts.edge_count),
-        state_hash=message.state_hash)
+        state_hash=message.state_hash,
+        metric_vertex_ids=blobs.array(message.metric.vertex_ids, "metric.vertex_ids", "<i4"),
+        metrics=blobs.array(message.metric.tensors, "metric.tensors", "<f8", 3))
 
 
 @dataclass(frozen=True, eq=False)
@@ -89,6 +93,8 @@ class MeshView:
         triangle_ids: (m,) int32 slots of the rows of `triangles`.
         edge_ids: (e,) int32 slots of the rows of `edges`.
         state_hash: as proto/README.md defines it; equal meshes with equal slots have equal hashes.
+        metrics: (n, 3) float64 tensors m11, m12, m22 that the mesh follows at `points`, limits
+            applied; NaN unless asked for by `with_metric`.
     """
 
     revision: int
@@ -101,6 +107,7 @@ class MeshView:
     triangle_ids: np.ndarray
     edge_ids: np.ndarray
     state_hash: int
+    metrics: np.ndarray
 
     def rows_of(self, vertex_ids) -> np.ndarray:
         """(k,) rows of `points` of the slots `vertex_ids`; -1 for slots that are free.
@@ -218,6 +225,7 @@ class Replica:
         self._vertices = _Column(_VERTEX, np.float64, 2)
         self._triangles = _Column(_TRIANGLE, np.int32, 3)
         self._edges = _Column(_EDGE, np.int32, 2)
+        self._metrics = np.zeros((0, 3))
         self._hash = np.uint64(0)
         self._view: Optional[MeshView] = None
 
@@ -254,8 +262,18 @@ class Replica:
                                                 change.triangle_vertices, change.triangle_tags)
             self._hash += self._edges.write(change.removed_edges, change.edge_ids,
                                             change.edge_vertices, change.edge_tags)
+        self._write_metrics(change.metric_vertex_ids, change.metrics)
         self.revision = change.revision
         self._view = None
+
+    def _write_metrics(self, ids, metrics):
+        missing = len(self._vertices.live) - len(self._metrics)
+        if missing > 0:
+            self._metrics = np.concatenate([self._metrics, np.full((missing, 3), np.nan)])
+        _check_ids(ids, len(self._metrics))
+        if len(ids) != len(metrics):
+            raise _mismatch("the diff has not one tensor for each vertex that it names")
+        self._metrics[ids] = metrics
 
     def view(self) -> MeshView:
         """The mesh, numbered 0..n-1; made once per revision. O(mesh)."""
@@ -275,6 +293,7 @@ class Replica:
             "triangle_tags": self._triangles.tags[triangle_ids],
             "edges": row_of_slot[self._edges.rows[edge_ids]],
             "edge_tags": self._edges.tags[edge_ids],
+            "metrics": self._metrics[vertex_ids],
             "vertex_ids": vertex_ids,
             "triangle_ids": triangle_ids,
             "edge_ids": edge_ids,

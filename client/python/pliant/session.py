@@ -1,12 +1,15 @@
 """A session: one persistent mesh on the server, and its copy here."""
 
 import threading
-from typing import Any, List, Optional
+from typing import Any, Callable, List, Optional
 
 from pliant import arrays, calls, diff, errors, quality, replica, stream
 from pliant import metric as metrics
 from pliant import options as opts
-from pliant.v1 import edit_pb2, metric_pb2, session_pb2
+from pliant.v1 import edit_pb2, mesh_pb2, metric_pb2, session_pb2
+
+# Between two calls of `on_progress`.
+_PROGRESS_MS = 100
 
 
 class Session:
@@ -26,10 +29,11 @@ class Session:
     Threads: calls from several threads are taken one after the other.
     """
 
-    def __init__(self, stub, session_id: str, is_owner: bool):
+    def __init__(self, stub, session_id: str, is_owner: bool, with_metric: bool = False):
         self._stub = stub
         self._session_id = session_id
         self._is_owner = is_owner
+        self._parts = [mesh_pb2.MESH_PART_METRIC] if with_metric else []
         self._lock = threading.RLock()
         self._mirror = replica.Replica()
         self._changes: List[replica.Change] = []
@@ -107,16 +111,17 @@ class Session:
                 self._run([("discard", lambda _: edit_pb2.Discard())])
                 raise errors.from_detail(answer.rejected.error)
 
-    def advance(self, visits_max: Optional[int] = None,
-                time_ms_max: Optional[int] = None) -> diff.Diff:
+    def advance(self, visits_max: Optional[int] = None, time_ms_max: Optional[int] = None,
+                on_progress: Optional[Callable[[diff.Progress], None]] = None) -> diff.Diff:
         """Commits what is staged and runs the loop until converged, or as long as allowed.
 
         Args:
             visits_max: at most this many visits of vertices, > 0.
             time_ms_max: at most this long, in ms, > 0.
+            on_progress: called with a `pliant.Progress` ten times a second while the loop runs.
         """
         with self._lock:
-            return self._advance([], opts.Advance(visits_max, time_ms_max))
+            return self._advance([], opts.Advance(visits_max, time_ms_max), on_progress)
 
     def quality(self) -> quality.Quality:
         """Measures the mesh of the current revision against the metric that it follows."""
@@ -209,9 +214,11 @@ class Session:
 
         return "metric", make
 
-    def _advance(self, commands, advance):
-        advance = advance or opts.Advance()
-        answers = self._run(commands + [("advance", lambda _: advance.to_wire())])
+    def _advance(self, commands, advance, on_progress=None):
+        message = (advance or opts.Advance()).to_wire()
+        if on_progress is not None:
+            message.progress_interval_ms = _PROGRESS_MS
+        answers = self._run(commands + [("advance", lambda _: message)], on_progress)
         for answer in answers:
             if answer.WhichOneof("event") == "rejected":
                 raise errors.from_detail(answer.rejected.error)
@@ -221,7 +228,7 @@ class Session:
             raise errors.Error("PROTOCOL_ORDER", f"no diff came for revision {advanced.revision}")
         return diff.make_diff(change, advanced)
 
-    def _run(self, commands):
+    def _run(self, commands, on_progress=None):
         """Answers to (name, function that makes the message) pairs, sent on the stream."""
         self._changes.clear()
         self._ensure_stream()
@@ -230,19 +237,20 @@ class Session:
         self._last_update_id += len(numbered)
         self._must_discard = True
         try:
-            answers = self._run_once(numbered)
+            answers = self._run_once(numbered, on_progress)
         except errors.Unavailable:
             # Commands that the server has seen are answered again, not applied again.
             self._must_discard = False
             self._ensure_stream()
             self._must_discard = True
-            answers = self._run_once(numbered)
+            answers = self._run_once(numbered, on_progress)
         self._must_discard = False
         return answers
 
-    def _run_once(self, numbered):
+    def _run_once(self, numbered, on_progress=None):
+        on_wire = on_progress and (lambda message: on_progress(diff.progress_from_wire(message)))
         try:
-            return self._stream.run(numbered)
+            return self._stream.run(numbered, on_wire)
         except BaseException:
             # Also KeyboardInterrupt: answers to what was sent would be taken for later ones.
             self._stream.cancel()
@@ -255,7 +263,8 @@ class Session:
         if self._stream is not None:
             return
         make = stream.reopen if self._was_open else stream.EditStream
-        self._stream = make(self._stub, self._session_id, self._mirror, self._changes)
+        self._stream = make(self._stub, self._session_id, self._mirror, self._changes,
+                            self._parts)
         opened = self._stream.opened
         self._last_update_id = max(self._last_update_id, opened.last_update_id)
         self._was_open = True

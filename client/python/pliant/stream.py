@@ -7,7 +7,7 @@ import queue
 import time
 
 
-from pliant import arrays, calls, errors, replica
+from pliant import arrays, calls, errors, replica, subscription
 from pliant.v1 import edit_pb2
 
 # How long a session may still be busy with the connection that this client has just lost.
@@ -22,7 +22,7 @@ class EditStream:
     Every change that comes is applied to `mirror` and appended to the list `changes`.
     """
 
-    def __init__(self, stub, session_id, mirror, changes):
+    def __init__(self, stub, session_id, mirror, changes, parts=()):
         self._mirror = mirror
         self._changes = changes
         self._sender = arrays.BlobSender()
@@ -32,7 +32,7 @@ class EditStream:
         requests = iter(self._requests.get, None)
         self._call = calls.Receiver(lambda: stub.Edit(requests))
         self._requests.put(edit_pb2.EditRequest(open=edit_pb2.OpenEdit(
-            session_id=session_id, mirror_revision=mirror.revision)))
+            session_id=session_id, mirror_revision=mirror.revision, parts=parts)))
         try:
             response = self._receive()
             self.opened = response.opened
@@ -42,11 +42,12 @@ class EditStream:
             self.cancel()
             raise
 
-    def run(self, commands):
+    def run(self, commands, on_progress=None):
         """Sends `commands` and returns the answer to each, in order.
 
         Args:
             commands: (update_id, name of the command, function of a BlobSender that makes it).
+            on_progress: called with each Progress message that comes meanwhile.
 
         """
         for update_id, name, make in commands:
@@ -57,6 +58,8 @@ class EditStream:
         answers = {}
         while len(answers) < len(commands):
             response = self._receive()
+            if response.WhichOneof("event") == "progress" and on_progress is not None:
+                on_progress(response.progress)
             if response.WhichOneof("event") in ("accepted", "rejected", "advanced"):
                 answers[response.update_id] = response
         return [answers[update_id] for update_id, _, _ in commands]
@@ -106,19 +109,17 @@ class EditStream:
         self._requests.put(None)
 
 
-def reopen(stub, session_id, mirror, changes):
+def reopen(stub, session_id, mirror, changes, parts=()):
     """A new stream after the client lost the old one.
 
     The server may notice later than the client that a connection is gone; until then the session
     is busy with a stream that nobody reads.
     """
     deadline = time.monotonic() + _BUSY_S_MAX
-    pause_s = 0.01
-    while True:
+    for pause_s in subscription.pauses():
         try:
-            return EditStream(stub, session_id, mirror, changes)
+            return EditStream(stub, session_id, mirror, changes, parts)
         except (errors.SessionBusy, errors.Unavailable):
             if time.monotonic() + pause_s > deadline:
                 raise
         time.sleep(pause_s)
-        pause_s = min(2 * pause_s, 0.5)

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <chrono>
+#include <memory>
+
+#include "client/cpp/mesh_replica.h"
+#include "client/cpp/types.h"
+#include "core/base/result.h"
+#include "core/mesh/mesh_diff.h"
+
+namespace pliant::client {
+
+/// How a session is followed.
+struct SubscribeOptions {
+  Parts parts = Parts::kMesh;
+  /// How long to try to take up a lost connection. 0: not at all.
+  std::chrono::milliseconds reconnect_max{60'000};
+};
+
+/// A verified copy of the mesh of a session that anybody edits. Who reads more slowly than the
+/// session commits gets what was missed as one diff, or the whole mesh.
+///
+/// *Invariants*: replica() holds the mesh of replica().revision(), bit for bit.
+/// *Threads*: one at a time, but for Cancel.
+class Subscription {
+ public:
+  ~Subscription();
+  Subscription(const Subscription&) = delete;
+  Subscription& operator=(const Subscription&) = delete;
+
+  [[nodiscard]] const MeshReplica& replica() const;
+
+  /// Waits for the next change, applies it to the replica and returns it; a base_revision of 0
+  /// means that it is the whole mesh. A lost connection is taken up again, with pauses that grow
+  /// and are spread at random. Errors: kSessionNotFound when the session has been deleted;
+  /// kUnavailable when the connection does not come back; kCancelled after Cancel;
+  /// kReplicaMismatch, after which the next call gets the whole mesh.
+  [[nodiscard]] Result<MeshDiff> Next();
+
+  /// Lets Next fail now, and ends the subscription. From any thread.
+  void Cancel();
+
+ private:
+  friend class Client;
+  class Impl;
+  explicit Subscription(std::unique_ptr<Impl> impl);
+  std::unique_ptr<Impl> impl_;
+};
+
+}  // namespace pliant::client

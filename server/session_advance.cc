@@ -1,0 +1,192 @@
+// How a session runs an advance, from its command to the commit; see session.h.
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "core/base/check.h"
+#include "server/session.h"
+
+namespace pliant::server {
+namespace {
+
+std::string Text(Revision revision) { return std::to_string(static_cast<std::int64_t>(revision)); }
+
+}  // namespace
+
+void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
+                           const AdvanceSpec& spec) {
+  if (engine_->tainted()) {
+    const Status status = engine_->Discard();
+    Reject(editor, update_id,
+           status.ok() ? Error{ErrorCode::kUpdateRejected,
+                               "an update since the last advance was refused, so nothing was "
+                               "committed and the stage is empty now: send the step again",
+                               {}}
+                       : status.error());
+    return;
+  }
+  const Clock::Time now = environment_.clock->Now();
+  advance_ = RunningAdvance{.editor = editor,
+                            .update_id = update_id,
+                            .spec = spec,
+                            .begin = now,
+                            .base_revision = revision_,
+                            .progress = {},
+                            .committed_counts = {},
+                            .last_progress = now,
+                            .last_commit = now};
+  const std::lock_guard lock(mutex_);
+  running_update_id_ = update_id;
+  stop_advance_ = cancel_update_id_ == update_id || close_error_ || drain_error_;
+  info_.running = true;
+}
+
+// Works on the advance until it ends (true) or the slice does (false).
+bool Session::ContinueAdvance(Clock::Time slice_end) {
+  RunningAdvance& advance = *advance_;
+  const Clock& clock = *environment_.clock;
+  for (;;) {
+    const std::int64_t visits_left = advance.spec.visits_max - VisitsOf(advance);
+    const Clock::Time step_begin = clock.Now();
+    const Result<Progress> result =
+        engine_->Step({.visits_max = std::min(visits_left, environment_.visits_per_step),
+                       .cancel = &stop_advance_});
+    const Clock::Time now = clock.Now();
+    advance.compute += now - step_begin;
+    if (!result.ok()) {
+      FailAdvance(result.error());
+      return true;
+    }
+    advance.progress = *result;
+    if (advance.progress.stop_reason == StopReason::kCancelled) {
+      const std::lock_guard lock(mutex_);
+      if (close_error_) return true;  // Nobody is left to commit for.
+    }
+    if (advance.progress.stop_reason != StopReason::kVisitBudget ||
+        VisitsOf(advance) >= advance.spec.visits_max) {
+      FinishAdvance(AdvanceEnd::kEngine);
+      return true;
+    }
+    if (advance.spec.time_max && now - advance.begin >= *advance.spec.time_max) {
+      FinishAdvance(AdvanceEnd::kTimeBudget);
+      return true;
+    }
+    TellProgress(now);
+    CommitOnTheWay(now);
+    if (now >= slice_end) return false;
+  }
+}
+
+std::int64_t Session::VisitsOf(const RunningAdvance& advance) const {
+  return advance.committed_counts.visits + advance.progress.counts.visits;
+}
+
+void Session::TellProgress(Clock::Time now) {
+  RunningAdvance& advance = *advance_;
+  if (!advance.spec.progress_interval ||
+      now - advance.last_progress < *advance.spec.progress_interval) {
+    return;
+  }
+  advance.last_progress = now;
+  SessionEvent event = MakeEvent(advance.update_id);
+  ProgressEvent progress{
+      .progress = advance.progress,
+      .vertex_count = engine_->engine().vertex_count(),
+      .elapsed = std::chrono::duration_cast<std::chrono::milliseconds>(now - advance.begin)};
+  progress.progress.counts.visits = VisitsOf(advance);
+  event.body = progress;
+  advance.editor->Send(std::move(event));
+}
+
+// Commits an unfinished mesh if that was asked for and somebody can take it: a reader who does not
+// keep up gets fewer revisions, not more memory.
+void Session::CommitOnTheWay(Clock::Time now) {
+  RunningAdvance& advance = *advance_;
+  if (!advance.spec.commit_interval || now - advance.last_commit < *advance.spec.commit_interval ||
+      !advance.editor->HasRoom() || engine_->engine().building()) {
+    return;
+  }
+  advance.last_commit = now;
+  const std::shared_ptr<const MeshDiff> diff = Commit(advance);
+  advance.committed_counts = advance.committed_counts + advance.progress.counts;
+  advance.progress.counts = {};
+  if (mirror_ != Mirror::kFull) return;
+  SessionEvent event = MakeEvent(advance.update_id);
+  event.body = DiffEvent{.diff = diff, .applied_update_id = applied_update_id_};
+  advance.editor->Send(std::move(event));
+}
+
+// The mesh as it is becomes a revision, for everybody who asks or listens.
+std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
+  const auto diff = std::make_shared<const MeshDiff>(engine_->Commit());
+  history_.Add(diff);
+  followers_wait_ = true;
+  revision_ = diff->revision;
+  applied_update_id_ = advance.update_id;
+  active_count_ = advance.progress.active_count;
+  const std::lock_guard lock(mutex_);
+  info_.revision = revision_;
+  info_.active_count = active_count_;
+  info_.summary = diff->summary;
+  info_.commit_time = environment_.clock->WallNow();
+  return diff;
+}
+
+void Session::FinishAdvance(AdvanceEnd end) {
+  RunningAdvance advance = *std::move(advance_);
+  current_editor_ = advance.editor;
+  current_update_id_ = advance.update_id;
+  advance_.reset();
+  const Clock::Time commit_begin = environment_.clock->Now();
+  const std::shared_ptr<const MeshDiff> diff = Commit(advance);
+  const Clock::Time now = environment_.clock->Now();
+  advance.progress.counts = advance.committed_counts + advance.progress.counts;
+  {
+    const std::lock_guard lock(mutex_);
+    running_update_id_ = 0;
+    stop_advance_ = false;
+    if (drain_error_ && advance.progress.stop_reason == StopReason::kCancelled) {
+      end = AdvanceEnd::kServerClosing;
+    }
+  }
+  SessionEvent advanced = MakeEvent(advance.update_id);
+  advanced.body = AdvancedEvent{
+      .base_revision = advance.base_revision,
+      .summary = diff->summary,
+      .progress = advance.progress,
+      .end = end,
+      .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute +
+                                                                       (now - commit_begin)),
+      .elapsed = std::chrono::duration_cast<std::chrono::microseconds>(now - advance.begin)};
+  environment_.log->Info("commit", {{"session", session_id_},
+                                    {"update", std::to_string(advance.update_id)},
+                                    {"revision", Text(revision_)},
+                                    {"vertices", std::to_string(diff->summary.vertex_count)},
+                                    {"visits", std::to_string(advance.progress.counts.visits)},
+                                    {"active", std::to_string(active_count_)}});
+  if (mirror_ == Mirror::kFull) {
+    SessionEvent event = MakeEvent(advance.update_id);
+    event.body = DiffEvent{.diff = diff, .applied_update_id = applied_update_id_};
+    advance.editor->Send(std::move(event));
+  }
+  Answer(advance.editor, std::move(advanced));
+  current_editor_ = nullptr;
+  current_update_id_ = 0;
+  PublishInfo();
+}
+
+void Session::FailAdvance(const Error& error) {
+  const RunningAdvance advance = *std::move(advance_);
+  advance_.reset();
+  {
+    const std::lock_guard lock(mutex_);
+    running_update_id_ = 0;
+    stop_advance_ = false;
+  }
+  const Status status = engine_->Discard();
+  PLIANT_CHECK(status.ok(), "discard", status.ok() ? "" : status.error().message);
+  Reject(advance.editor, advance.update_id, error);
+  PublishInfo();
+}
+
+}  // namespace pliant::server

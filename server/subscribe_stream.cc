@@ -1,0 +1,182 @@
+#include "server/subscribe_stream.h"
+
+#include <utility>
+#include <variant>
+
+#include "server/blobs.h"
+#include "server/convert_reply.h"
+#include "server/convert_subscribe.h"
+#include "server/error_status.h"
+
+namespace pliant::server {
+
+grpc::ServerWriteReactor<v1::SubscribeResponse>* SubscribeStream::Begin(
+    Environment environment, const v1::SubscribeRequest& request) {
+  // Not make_shared: the constructor is private.
+  const std::shared_ptr<SubscribeStream> stream(new SubscribeStream(std::move(environment)));
+  stream->self_ = stream;
+  const Status status = stream->Open(request);
+  const std::lock_guard lock(stream->mutex_);
+  if (!status.ok()) stream->End(ToGrpcStatus(status.error()));
+  stream->SetAlarm();
+  stream->Pump();
+  return stream.get();
+}
+
+SubscribeStream::SubscribeStream(Environment environment) : environment_(std::move(environment)) {
+  environment_.calls->Begin();
+}
+
+Status SubscribeStream::Open(const v1::SubscribeRequest& request) {
+  PLIANT_ASSIGN_OR_RETURN(const Revision mirror, ConvertSubscribe(request));
+  PLIANT_ASSIGN_OR_RETURN(parts_, ConvertParts(request.parts()));
+  PLIANT_ASSIGN_OR_RETURN(std::shared_ptr<Session> session,
+                          environment_.registry->Find(request.session_id()));
+  {
+    const std::lock_guard lock(mutex_);
+    session_ = session;
+    revision_ = static_cast<std::int64_t>(mirror);
+  }
+  environment_.log->Info(
+      "subscribe", {{"session", session->session_id()}, {"request", environment_.request_id}});
+  return session->Subscribe(shared_from_this(), mirror);
+}
+
+// --- Called by gRPC -----------------------------------------------------------------------------
+
+void SubscribeStream::OnWriteDone(bool ok) {
+  std::shared_ptr<Session> session;
+  {
+    const std::lock_guard lock(mutex_);
+    writing_ = false;
+    if (!ok) {
+      messages_.clear();
+      End(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
+    }
+    Pump();
+    if (messages_.empty() && !finished_) session = session_;
+  }
+  if (session != nullptr) session->WakeForSubscriber();
+}
+
+void SubscribeStream::OnCancel() {
+  const std::lock_guard lock(mutex_);
+  if (!writing_) messages_.clear();
+  End(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
+  Pump();
+}
+
+void SubscribeStream::OnDone() {
+  std::shared_ptr<SubscribeStream> self;
+  std::shared_ptr<Session> session;
+  std::shared_ptr<grpc::Alarm> alarm;
+  {
+    const std::lock_guard lock(mutex_);
+    self = std::move(self_);
+    session = std::move(session_);
+    alarm = std::move(alarm_);
+  }
+  if (alarm != nullptr) alarm->Cancel();
+  if (session != nullptr) session->Unsubscribe(this);
+  environment_.log->Info("subscribe_end", {{"session", session ? session->session_id() : ""},
+                                           {"request", environment_.request_id}});
+  environment_.calls->End();
+}
+
+// --- Called by the session ----------------------------------------------------------------------
+
+bool SubscribeStream::ready() const {
+  const std::lock_guard lock(mutex_);
+  return !end_ && !converting_ && messages_.empty();
+}
+
+void SubscribeStream::Send(SessionEvent event) { Write(event); }
+
+void SubscribeStream::Close(const Error& error) {
+  SessionEvent event;
+  event.body = ClosingEvent{error};
+  bool can_say_why = false;
+  {
+    const std::lock_guard lock(mutex_);
+    can_say_why = !end_ && !converting_ && messages_.empty();
+  }
+  if (can_say_why) Write(event);
+  const std::lock_guard lock(mutex_);
+  End(ToGrpcStatus(error));
+  Pump();
+}
+
+void SubscribeStream::Write(const SessionEvent& event) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (end_) return;
+    converting_ = true;
+  }
+  // Conversion copies the mesh: not under the lock.
+  v1::SubscribeResponse response = ToSubscribeResponse(event, parts_);
+  std::vector<v1::SubscribeResponse> messages;
+  for (v1::BlobChunk& chunk : TakeLargeArrays(response, last_blob_id_)) {
+    v1::SubscribeResponse& message = messages.emplace_back();
+    message.set_revision(response.revision());
+    *message.mutable_chunk() = std::move(chunk);
+  }
+  messages.push_back(std::move(response));
+  const std::lock_guard lock(mutex_);
+  converting_ = false;
+  if (!end_) {
+    messages_ = std::move(messages);
+    next_ = 0;
+    if (!std::holds_alternative<ClosingEvent>(event.body))
+      revision_ = static_cast<std::int64_t>(event.revision);
+  }
+  Pump();
+}
+
+// --- Below mutex_ -------------------------------------------------------------------------------
+
+void SubscribeStream::End(grpc::Status status) {
+  if (!end_) end_ = std::move(status);
+}
+
+// Starts whatever can be started now.
+void SubscribeStream::Pump() {
+  if (finished_ || writing_ || converting_) return;
+  if (next_ > 0 && next_ <= messages_.size()) messages_[next_ - 1].Clear();  // It is sent.
+  if (next_ < messages_.size()) {
+    writing_ = true;
+    is_quiet_ = false;
+    StartWrite(&messages_[next_++]);
+    return;
+  }
+  messages_.clear();
+  next_ = 0;
+  if (!end_) return;
+  finished_ = true;
+  Finish(*end_);
+}
+
+void SubscribeStream::SetAlarm() {
+  if (end_ || finished_) return;
+  is_quiet_ = true;
+  alarm_ = std::make_shared<grpc::Alarm>();
+  // The alarm must not keep a call alive whose client has gone.
+  alarm_->Set(std::chrono::system_clock::now() + environment_.bookmark_interval,
+              [weak = weak_from_this()](bool rang) {
+                if (!rang) return;
+                if (const auto self = weak.lock()) self->OnAlarm();
+              });
+}
+
+void SubscribeStream::OnAlarm() {
+  const std::lock_guard lock(mutex_);
+  if (end_ || finished_) return;
+  if (is_quiet_ && messages_.empty() && !converting_) {
+    v1::SubscribeResponse& message = messages_.emplace_back();
+    message.set_revision(revision_);
+    message.mutable_bookmark();
+    Pump();
+  }
+  SetAlarm();
+}
+
+}  // namespace pliant::server

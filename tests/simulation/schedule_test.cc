@@ -1,0 +1,62 @@
+// Goal: in whatever order things happen, every mirror ends as the server's mesh, every update is
+// answered once and the same way each time, and no advance is applied twice.
+// Method: random schedules on one thread and a clock of its own; a seed is a schedule.
+#include "tests/simulation/schedule.h"
+
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <string>
+
+namespace pliant::simulation {
+namespace {
+
+constexpr std::uint64_t kSchedules = 10'000;
+constexpr std::uint64_t kSchedulesLong = 300'000;
+constexpr std::uint64_t kParts = 4;  // Tests that run at the same time.
+
+class Simulation : public testing::TestWithParam<std::uint64_t> {};
+
+std::string Replay(std::uint64_t seed) {
+  return "replay: PLIANT_SIMULATION_SEED=" + std::to_string(seed) +
+         " simulation_tests --gtest_filter='*Simulation*/0'";
+}
+
+TEST_P(Simulation, EveryMirrorEqualsTheServer) {
+  if (const char* seed = std::getenv("PLIANT_SIMULATION_SEED"); seed != nullptr) {
+    EXPECT_EQ(Schedule(std::strtoull(seed, nullptr, 10)).Run(), "") << Replay(std::atoll(seed));
+    return;
+  }
+  const std::uint64_t count =
+      (std::getenv("PLIANT_LONG_TESTS") != nullptr ? kSchedulesLong : kSchedules) / kParts;
+  Tally sum;
+  for (std::uint64_t i = 0; i < count; ++i) {
+    const std::uint64_t seed = 1 + GetParam() * count + i;
+    Schedule schedule(seed);
+    ASSERT_EQ(schedule.Run(), "") << Replay(seed);
+    const Tally& tally = schedule.tally();
+    sum.advances += tally.advances;
+    sum.rejections += tally.rejections;
+    sum.deaths += tally.deaths;
+    sum.repeats += tally.repeats;
+    sum.unfinished += tally.unfinished;
+    sum.merged += tally.merged;
+    sum.snapshots += tally.snapshots;
+    sum.busy += tally.busy;
+  }
+  // A simulation in which nothing goes wrong proves nothing.
+  const auto many = static_cast<std::int64_t>(count / 10);
+  EXPECT_GT(sum.advances, many);
+  EXPECT_GT(sum.rejections, many);
+  EXPECT_GT(sum.deaths, many);
+  EXPECT_GT(sum.repeats, many);
+  EXPECT_GT(sum.unfinished, many);
+  EXPECT_GT(sum.merged, many);
+  EXPECT_GT(sum.snapshots, many);
+  EXPECT_GT(sum.busy, many / 10);
+}
+
+INSTANTIATE_TEST_SUITE_P(Parts, Simulation, testing::Range(std::uint64_t{0}, kParts));
+
+}  // namespace
+}  // namespace pliant::simulation
