@@ -30,10 +30,22 @@ bool SetKey(const std::string& key, const YAML::Node& value, Config& config) {
     config.workers = value.as<int>();
   } else if (key == "sessions-max") {
     config.sessions_max = value.as<std::size_t>();
+  } else if (key == "sessions-per-tenant-max") {
+    config.sessions_per_tenant_max = value.as<std::size_t>();
+  } else if (key == "tls-cert") {
+    config.tls_cert = value.as<std::string>();
+  } else if (key == "tls-key") {
+    config.tls_key = value.as<std::string>();
+  } else if (key == "tls-client-ca") {
+    config.tls_client_ca = value.as<std::string>();
+  } else if (key == "tokens") {
+    config.tokens = value.as<std::string>();
   } else if (key == "vertices-max") {
     config.vertices_max = value.as<std::int32_t>();
   } else if (key == "drain-ms") {
     config.drain_ms = value.as<std::int64_t>();
+  } else if (key == "connection-age-max-s") {
+    config.connection_age_max_s = value.as<std::int64_t>();
   } else if (key == "bookmark-ms") {
     config.bookmark_ms = value.as<std::int64_t>();
   } else if (key == "log-level" && kLogLevels.contains(value.as<std::string>())) {
@@ -72,16 +84,28 @@ void AddFlags(CLI::App& app, Config& config, std::string& config_path, std::stri
       ->capture_default_str();
   app.add_flag_callback(
       "--insecure-any-address", [&config] { config.exposure = Exposure::kAnyAddress; },
-      "Allow an address that other machines reach: no encryption, no login");
+      "Allow an address that other machines reach without encryption");
+  app.add_option("--tls-cert", config.tls_cert, "PEM file: the server's certificate chain");
+  app.add_option("--tls-key", config.tls_key, "PEM file: its private key");
+  app.add_option("--tls-client-ca", config.tls_client_ca,
+                 "PEM file: who signs the certificates that clients must have; none: no need");
+  app.add_option("--tokens", config.tokens,
+                 "File with a token and a tenant on each line: who may call");
   app.add_option("--port-file", config.port_file,
                  "Write the bound address into this file once the server answers");
   app.add_option("--workers", config.workers, "Worker threads; 0: one for each core")
       ->capture_default_str();
   app.add_option("--sessions-max", config.sessions_max, "Sessions at once")->capture_default_str();
+  app.add_option("--sessions-per-tenant-max", config.sessions_per_tenant_max,
+                 "Sessions of one tenant at once")
+      ->capture_default_str();
   app.add_option("--vertices-max", config.vertices_max, "Vertices of one session")
       ->capture_default_str();
   app.add_option("--drain-ms", config.drain_ms,
                  "At SIGTERM: time for running work and streams to end, in ms")
+      ->capture_default_str();
+  app.add_option("--connection-age-max-s", config.connection_age_max_s,
+                 "Close connections that are older, in s, after --drain-ms of grace; 0: never")
       ->capture_default_str();
   app.add_option("--bookmark-ms", config.bookmark_ms,
                  "Time without news after which a subscriber gets a bookmark, in ms")
@@ -160,10 +184,17 @@ Status CheckConfig(const Config& config) {
     return out_of_range("--listen " + config.listen + " is neither HOST:PORT nor unix:/path",
                         "listen");
   }
-  if (config.exposure == Exposure::kLocalOnly && !IsLoopback(config.listen)) {
+  if (config.tls_cert.empty() != config.tls_key.empty()) {
+    return out_of_range("--tls-cert and --tls-key belong together", "tls-cert");
+  }
+  if (!config.tls_client_ca.empty() && config.tls_cert.empty()) {
+    return out_of_range("--tls-client-ca needs --tls-cert and --tls-key", "tls-client-ca");
+  }
+  if (config.exposure == Exposure::kLocalOnly && config.tls_cert.empty() &&
+      !IsLoopback(config.listen)) {
     return out_of_range("--listen " + config.listen +
-                            " can be reached from other machines, without encryption or login; "
-                            "add --insecure-any-address if that is meant",
+                            " can be reached from other machines, without encryption; give "
+                            "--tls-cert and --tls-key, or --insecure-any-address if that is meant",
                         "listen");
   }
   if (config.workers < 0 || config.workers > kWorkersMax) {
@@ -172,11 +203,17 @@ Status CheckConfig(const Config& config) {
                         "workers");
   }
   if (config.sessions_max < 1) return out_of_range("--sessions-max must be >= 1", "sessions-max");
+  if (config.sessions_per_tenant_max < 1) {
+    return out_of_range("--sessions-per-tenant-max must be >= 1", "sessions-per-tenant-max");
+  }
   if (config.vertices_max < 3 || config.vertices_max > 100'000'000) {
     return out_of_range("--vertices-max must be 3 to 100,000,000", "vertices-max");
   }
   if (config.drain_ms < 0 || config.drain_ms > 3'600'000) {
     return out_of_range("--drain-ms must be 0 to 3,600,000", "drain-ms");
+  }
+  if (config.connection_age_max_s < 0 || config.connection_age_max_s > 1'000'000) {
+    return out_of_range("--connection-age-max-s must be 0 to 1,000,000", "connection-age-max-s");
   }
   if (config.bookmark_ms < 1 || config.bookmark_ms > 3'600'000) {
     return out_of_range("--bookmark-ms must be 1 to 3,600,000", "bookmark-ms");

@@ -11,8 +11,8 @@
 
 namespace pliant::server {
 
-/// Whether an address that other machines can reach is accepted. There is no encryption and no
-/// login yet, so that must be asked for by name.
+/// Whether an address that other machines can reach is accepted without encryption: that must be
+/// asked for by name.
 enum class Exposure { kLocalOnly, kAnyAddress };
 
 /// How a server runs. Each field is a flag (`--listen`) and a key of the YAML file (`listen`).
@@ -25,8 +25,19 @@ struct Config {
   /// Worker threads; 0: one for each core.
   int workers = 0;
   std::size_t sessions_max = kSessionsMaxDefault;
+  std::size_t sessions_per_tenant_max = kSessionsMaxDefault;
+  /// PEM files: certificate chain and key of the server; empty: no encryption. They are read again
+  /// when they change.
+  std::string tls_cert = {};
+  std::string tls_key = {};
+  /// PEM file: who signs the certificates that clients must have; empty: they need none.
+  std::string tls_client_ca = {};
+  /// File of tokens (Access::FromFile); empty: everybody may call.
+  std::string tokens = {};
   std::int32_t vertices_max = kVerticesMaxDefault;
   std::int64_t drain_ms = kDrainMsDefault;
+  /// Connections older than that are closed, after --drain-ms of grace; 0: never.
+  std::int64_t connection_age_max_s = 0;
   /// Time without news after which a subscriber gets a bookmark.
   std::int64_t bookmark_ms = kBookmarkMsDefault;
   LogLevel log_level = LogLevel::kInfo;

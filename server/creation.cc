@@ -10,9 +10,18 @@ namespace pliant::server {
 
 Creation::Creation(const ServiceContext& context, grpc::CallbackServerContext* call,
                    v1::CreateSessionResponse* response)
-    : context_(context), call_(call), response_(response), request_id_(RequestIdOf(*call)) {
+    : context_(context),
+      call_(call),
+      response_(response),
+      request_id_(RequestIdOf(*call)),
+      tenant_(context.access->TenantOf(*call)) {
   context_.calls->Begin();
-  StartRead(&request_);
+  // Nobody uploads anything before we know who it is.
+  if (tenant_) {
+    StartRead(&request_);
+  } else {
+    Finish(Access::Refusal());
+  }
 }
 
 void Creation::OnDone() {
@@ -52,8 +61,13 @@ Status Creation::Begin() {
   PLIANT_RETURN_IF_ERROR(blobs_.Resolve(*create_));
   PLIANT_ASSIGN_OR_RETURN(SessionInput input, ConvertCreate(*create_, context_.limits));
   create_.reset();
-  PLIANT_ASSIGN_OR_RETURN(const std::string id, context_.registry->Reserve(input.session_id));
-  const auto session = std::make_shared<Session>(context_.session, id, std::move(input.labels));
+  PLIANT_ASSIGN_OR_RETURN(const std::string id,
+                          context_.registry->Reserve(*tenant_, input.session_id));
+  Session::Environment environment = context_.session;
+  environment.on_broken = [registry = context_.registry, tenant = *tenant_](
+                              const std::string& name) { registry->Remove(tenant, name); };
+  const auto session =
+      std::make_shared<Session>(std::move(environment), id, std::move(input.labels));
   // This object lives until Finish, which only Complete calls from here on.
   session->Start(std::move(input.engine),
                  [this, session](const Status& status) { Complete(session, status); });
@@ -63,7 +77,7 @@ Status Creation::Begin() {
 void Creation::Complete(const std::shared_ptr<Session>& session, const Status& status) {
   const std::string& id = session->session_id();
   if (!status.ok()) {
-    context_.registry->Remove(id);
+    context_.registry->Remove(*tenant_, id);
     context_.session.log->Info("create_refused",
                                {{"session", id},
                                 {"request", request_id_},
@@ -73,12 +87,12 @@ void Creation::Complete(const std::shared_ptr<Session>& session, const Status& s
   }
   if (call_->IsCancelled()) {
     // Nobody knows the id, so nobody could ever delete the session.
-    context_.registry->Remove(id);
+    context_.registry->Remove(*tenant_, id);
     session->Close({ErrorCode::kCancelled, "the creator is gone", {}});
     Finish(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
     return;
   }
-  context_.registry->Publish(session);
+  context_.registry->Publish(*tenant_, session);
   *response_->mutable_session() = ToSession(session->info());
   context_.session.log->Info("create", {{"session", id}, {"request", request_id_}});
   Finish(grpc::Status::OK);

@@ -34,6 +34,7 @@ class Creation final : public grpc::ServerReadReactor<v1::CreateSessionRequest> 
   grpc::CallbackServerContext* const call_;
   v1::CreateSessionResponse* const response_;
   const std::string request_id_;
+  const std::optional<std::string> tenant_;  // Of the caller; nothing: refused.
   v1::CreateSessionRequest request_;
   BlobAssembler blobs_;
   std::optional<v1::CreateSession> create_;

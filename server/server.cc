@@ -3,6 +3,8 @@
 #include <grpc/grpc.h>
 #include <grpcpp/ext/proto_server_reflection_plugin.h>
 #include <grpcpp/health_check_service_interface.h>
+#include <grpcpp/security/tls_certificate_provider.h>
+#include <grpcpp/security/tls_credentials_options.h>
 
 #include <chrono>
 #include <random>
@@ -19,6 +21,24 @@ int WorkerCount(int configured) {
   return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
 }
 
+// Between two looks at the files of certificates: far below the time for which an old and a new
+// one are both good.
+constexpr unsigned kCertificateRefreshS = 1;
+
+// Certificates are watched: one that is replaced, say before it expires, holds for new connections.
+std::shared_ptr<grpc::ServerCredentials> CredentialsOf(const Config& config) {
+  if (config.tls_cert.empty()) return grpc::InsecureServerCredentials();
+  const auto files = std::make_shared<grpc::experimental::FileWatcherCertificateProvider>(
+      config.tls_key, config.tls_cert, config.tls_client_ca, kCertificateRefreshS);
+  grpc::experimental::TlsServerCredentialsOptions options(files);
+  options.watch_identity_key_cert_pairs();
+  if (!config.tls_client_ca.empty()) {
+    options.watch_root_certs();
+    options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
+  }
+  return grpc::experimental::TlsServerCredentials(options);
+}
+
 std::uint64_t RandomSeed() {
   std::random_device device;
   return (std::uint64_t{device()} << 32) | device();
@@ -28,23 +48,31 @@ std::uint64_t RandomSeed() {
 
 Result<std::unique_ptr<Server>> Server::Start(const Config& config, Parts parts) {
   PLIANT_RETURN_IF_ERROR(CheckConfig(config));
-  std::unique_ptr<Server> server(new Server(config, std::move(parts)));
+  Access access;
+  if (!config.tokens.empty()) {
+    PLIANT_ASSIGN_OR_RETURN(access, Access::FromFile(config.tokens));
+  }
+  std::unique_ptr<Server> server(new Server(config, std::move(parts), std::move(access)));
   PLIANT_RETURN_IF_ERROR(server->Bind());
   return server;
 }
 
-Server::Server(const Config& config, Parts parts)
+Server::Server(const Config& config, Parts parts, Access access)
     : config_(config),
       parts_(std::move(parts)),
-      registry_(config.sessions_max, RandomSeed()),
+      access_(std::move(access)),
+      registry_({.sessions_max = config.sessions_max,
+                 .sessions_per_tenant_max = config.sessions_per_tenant_max},
+                RandomSeed()),
       scheduler_(WorkerCount(config.workers), *parts_.clock),
       context_{.registry = &registry_,
+               .access = &access_,
                .calls = &calls_,
                .session = {.clock = parts_.clock,
                            .scheduler = &scheduler_,
                            .log = parts_.log,
                            .factory = parts_.engine_factory,
-                           .on_broken = [this](const std::string& id) { registry_.Remove(id); }},
+                           .on_broken = nullptr},
                .limits = {.vertices_max = config.vertices_max},
                .sessions_max = config.sessions_max,
                .bookmark_interval = std::chrono::milliseconds(config.bookmark_ms)},
@@ -61,13 +89,22 @@ Status Server::Bind() {
   grpc::reflection::InitProtoReflectionServerBuilderPlugin();
   grpc::ServerBuilder builder;
   int port = 0;
-  builder.AddListeningPort(config_.listen, grpc::InsecureServerCredentials(), &port);
+  builder.AddListeningPort(config_.listen, CredentialsOf(config_), &port);
   builder.SetMaxReceiveMessageSize(kMessageBytesMax);
   // Two servers on one port would share its clients at random.
   builder.AddChannelArgument(GRPC_ARG_ALLOW_REUSEPORT, 0);
   // A client that vanished without a word is noticed, and its session freed, within a minute.
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIME_MS, 30'000);
   builder.AddChannelArgument(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, 20'000);
+  // Clients that follow a session may look that often whether the server is there.
+  builder.AddChannelArgument(GRPC_ARG_HTTP2_MIN_RECV_PING_INTERVAL_WITHOUT_DATA_MS, 10'000);
+  if (config_.connection_age_max_s > 0) {
+    // Calls that last are ended by the client's library, which connects again and resumes.
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_MS,
+                               static_cast<int>(config_.connection_age_max_s * 1000));
+    builder.AddChannelArgument(GRPC_ARG_MAX_CONNECTION_AGE_GRACE_MS,
+                               static_cast<int>(config_.drain_ms));
+  }
   builder.RegisterService(&sessions_);
   builder.RegisterService(&info_);
   builder.RegisterService(&jobs_);

@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/base/result.h"
+#include "server/access.h"
 #include "server/call_counter.h"
 #include "server/clock.h"
 #include "server/config.h"
@@ -43,11 +44,12 @@ class Server {
   void Shutdown();
 
  private:
-  Server(const Config& config, Parts parts);
+  Server(const Config& config, Parts parts, Access access);
   Status Bind();
 
   const Config config_;
   const Parts parts_;
+  const Access access_;
   SessionRegistry registry_;
   CallCounter calls_;
   Scheduler scheduler_;

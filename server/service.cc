@@ -1,6 +1,7 @@
 #include "server/service.h"
 
 #include <charconv>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,6 +22,12 @@ namespace {
 grpc::ServerUnaryReactor* End(grpc::CallbackServerContext* call, const Status& status) {
   grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
   reactor->Finish(status.ok() ? grpc::Status::OK : ToGrpcStatus(status.error()));
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* Refuse(grpc::CallbackServerContext* call) {
+  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+  reactor->Finish(Access::Refusal());
   return reactor;
 }
 
@@ -121,7 +128,10 @@ grpc::ServerReadReactor<v1::CreateSessionRequest>* SessionServiceImpl::CreateSes
 grpc::ServerUnaryReactor* SessionServiceImpl::GetSession(grpc::CallbackServerContext* call,
                                                          const v1::GetSessionRequest* request,
                                                          v1::GetSessionResponse* response) {
-  const Result<std::shared_ptr<Session>> session = context_.registry->Find(request->session_id());
+  const std::optional<std::string> tenant = context_.access->TenantOf(*call);
+  if (!tenant) return Refuse(call);
+  const Result<std::shared_ptr<Session>> session =
+      context_.registry->Find(*tenant, request->session_id());
   if (!session.ok()) return End(call, session.error());
   *response->mutable_session() = ToSession((*session)->info());
   return End(call, {});
@@ -130,11 +140,13 @@ grpc::ServerUnaryReactor* SessionServiceImpl::GetSession(grpc::CallbackServerCon
 grpc::ServerUnaryReactor* SessionServiceImpl::ListSessions(grpc::CallbackServerContext* call,
                                                            const v1::ListSessionsRequest* request,
                                                            v1::ListSessionsResponse* response) {
+  const std::optional<std::string> tenant = context_.access->TenantOf(*call);
+  if (!tenant) return Refuse(call);
   const Result<std::int64_t> after = ParsePageToken(request->page_token());
   if (!after.ok()) return End(call, after.error());
   const Result<std::size_t> count_max = CheckPageSize(request->page_size());
   if (!count_max.ok()) return End(call, count_max.error());
-  const SessionRegistry::Page page = context_.registry->List(*after, *count_max);
+  const SessionRegistry::Page page = context_.registry->List(*tenant, *after, *count_max);
   for (const std::shared_ptr<Session>& session : page.sessions) {
     *response->add_sessions() = ToSession(session->info());
   }
@@ -145,9 +157,12 @@ grpc::ServerUnaryReactor* SessionServiceImpl::ListSessions(grpc::CallbackServerC
 grpc::ServerUnaryReactor* SessionServiceImpl::DeleteSession(grpc::CallbackServerContext* call,
                                                             const v1::DeleteSessionRequest* request,
                                                             v1::DeleteSessionResponse* response) {
-  const Result<std::shared_ptr<Session>> session = context_.registry->Find(request->session_id());
+  const std::optional<std::string> tenant = context_.access->TenantOf(*call);
+  if (!tenant) return Refuse(call);
+  const Result<std::shared_ptr<Session>> session =
+      context_.registry->Find(*tenant, request->session_id());
   if (!session.ok()) return End(call, session.error());
-  context_.registry->Remove(request->session_id());
+  context_.registry->Remove(*tenant, request->session_id());
   response->set_revision(static_cast<std::int64_t>((*session)->info().revision));
   (*session)->Close({ErrorCode::kSessionNotFound,
                      "session " + request->session_id() + " was deleted", "session_id"});
@@ -159,6 +174,7 @@ grpc::ServerUnaryReactor* SessionServiceImpl::DeleteSession(grpc::CallbackServer
 grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* SessionServiceImpl::Edit(
     grpc::CallbackServerContext* call) {
   return EditStream::Begin({.registry = context_.registry,
+                            .tenant = context_.access->TenantOf(*call),
                             .calls = context_.calls,
                             .log = context_.session.log,
                             .request_id = RequestIdOf(*call)});
@@ -167,6 +183,7 @@ grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* SessionServiceImpl::
 grpc::ServerWriteReactor<v1::SubscribeResponse>* SessionServiceImpl::Subscribe(
     grpc::CallbackServerContext* call, const v1::SubscribeRequest* request) {
   return SubscribeStream::Begin({.registry = context_.registry,
+                                 .tenant = context_.access->TenantOf(*call),
                                  .calls = context_.calls,
                                  .log = context_.session.log,
                                  .request_id = RequestIdOf(*call),
@@ -175,9 +192,14 @@ grpc::ServerWriteReactor<v1::SubscribeResponse>* SessionServiceImpl::Subscribe(
 }
 
 grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
-    grpc::CallbackServerContext*, const v1::GetMeshRequest* request) {
+    grpc::CallbackServerContext* call, const v1::GetMeshRequest* request) {
   auto* download = new Download(downloads_, *context_.calls);
   const int active = ++downloads_;
+  const std::optional<std::string> tenant = context_.access->TenantOf(*call);
+  if (!tenant) {
+    download->Finish(Access::Refusal());
+    return download;
+  }
   const auto begin = [&]() -> Status {
     if (active > kDownloadsMax) {
       return Error{ErrorCode::kResourceExhausted,
@@ -186,7 +208,7 @@ grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
                    {}};
     }
     PLIANT_ASSIGN_OR_RETURN(const std::shared_ptr<Session> session,
-                            context_.registry->Find(request->session_id()));
+                            context_.registry->Find(*tenant, request->session_id()));
     ReplyContext wanted;
     PLIANT_ASSIGN_OR_RETURN(wanted.parts, ConvertParts(request->parts()));
     PLIANT_ASSIGN_OR_RETURN(wanted.numbering, CheckNumbering(*request));
@@ -208,7 +230,10 @@ grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
 grpc::ServerUnaryReactor* SessionServiceImpl::GetQuality(grpc::CallbackServerContext* call,
                                                          const v1::GetQualityRequest* request,
                                                          v1::GetQualityResponse* response) {
-  const Result<std::shared_ptr<Session>> session = context_.registry->Find(request->session_id());
+  const std::optional<std::string> tenant = context_.access->TenantOf(*call);
+  if (!tenant) return Refuse(call);
+  const Result<std::shared_ptr<Session>> session =
+      context_.registry->Find(*tenant, request->session_id());
   if (!session.ok()) return End(call, session.error());
   if (const Status status = CheckBasis(*request); !status.ok()) return End(call, status);
   grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
@@ -224,6 +249,7 @@ grpc::ServerUnaryReactor* SessionServiceImpl::GetQuality(grpc::CallbackServerCon
 grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerContext* call,
                                                            const v1::GetServerInfoRequest*,
                                                            v1::GetServerInfoResponse* response) {
+  if (!context_.access->TenantOf(*call)) return Refuse(call);
   response->set_version(PLIANT_VERSION);
   for (const char* capability :
        {"create.domain", "create.mesh", "edit.metric", "edit.discard", "edit.advance",

@@ -8,6 +8,7 @@
 
 #include "pliant/v1/job.grpc.pb.h"
 #include "pliant/v1/session.grpc.pb.h"
+#include "server/access.h"
 #include "server/call_counter.h"
 #include "server/convert.h"
 #include "server/session.h"
@@ -18,6 +19,7 @@ namespace pliant::server {
 /// What the services share; everything outlives them.
 struct ServiceContext {
   SessionRegistry* registry = nullptr;
+  const Access* access = nullptr;
   /// Of the calls that last: uploads, downloads, edit streams.
   CallCounter* calls = nullptr;
   Session::Environment session;

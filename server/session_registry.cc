@@ -19,48 +19,60 @@ std::string RandomId(Rng& rng) {
 
 }  // namespace
 
-SessionRegistry::SessionRegistry(std::size_t sessions_max, std::uint64_t seed)
-    : sessions_max_(sessions_max), rng_(seed) {}
+SessionRegistry::SessionRegistry(const Bounds& bounds, std::uint64_t seed)
+    : bounds_(bounds), rng_(seed) {}
 
-Result<std::string> SessionRegistry::Reserve(const std::string& wished_id) {
+Result<std::string> SessionRegistry::Reserve(const std::string& tenant,
+                                             const std::string& wished_id) {
   const std::lock_guard lock(mutex_);
-  if (!wished_id.empty() && entries_.contains(wished_id)) {
+  if (!wished_id.empty() && entries_.contains({tenant, wished_id})) {
     return Error{ErrorCode::kSessionExists, "a session " + wished_id + " exists already",
                  "session_id"};
   }
-  if (entries_.size() >= sessions_max_) {
+  if (entries_.size() >= bounds_.sessions_max) {
     return Error{ErrorCode::kResourceExhausted,
-                 "this server has its " + std::to_string(sessions_max_) +
+                 "this server has its " + std::to_string(bounds_.sessions_max) +
                      " sessions already; delete one or try again later",
                  {}};
   }
+  std::size_t& count = counts_[tenant];
+  if (count >= bounds_.sessions_per_tenant_max) {
+    return Error{ErrorCode::kResourceExhausted,
+                 "you have your " + std::to_string(bounds_.sessions_per_tenant_max) +
+                     " sessions already; delete one",
+                 {}};
+  }
+  ++count;
   std::string id = wished_id;
-  while (id.empty() || entries_.contains(id)) id = RandomId(rng_);
-  entries_[id].number = ++last_number_;
+  while (id.empty() || entries_.contains({tenant, id})) id = RandomId(rng_);
+  entries_[{tenant, id}].number = ++last_number_;
   return id;
 }
 
-void SessionRegistry::Publish(std::shared_ptr<Session> session) {
+void SessionRegistry::Publish(const std::string& tenant, std::shared_ptr<Session> session) {
   const std::lock_guard lock(mutex_);
-  const auto found = entries_.find(session->session_id());
+  const auto found = entries_.find({tenant, session->session_id()});
   PLIANT_CHECK(found != entries_.end() && found->second.session == nullptr);
-  by_number_[found->second.number] = session;
+  by_number_[tenant][found->second.number] = session;
   found->second.session = std::move(session);
 }
 
-std::shared_ptr<Session> SessionRegistry::Remove(const std::string& session_id) {
+std::shared_ptr<Session> SessionRegistry::Remove(const std::string& tenant,
+                                                 const std::string& session_id) {
   const std::lock_guard lock(mutex_);
-  const auto found = entries_.find(session_id);
+  const auto found = entries_.find({tenant, session_id});
   if (found == entries_.end()) return nullptr;
   std::shared_ptr<Session> session = std::move(found->second.session);
-  by_number_.erase(found->second.number);
+  by_number_[tenant].erase(found->second.number);
   entries_.erase(found);
+  --counts_[tenant];
   return session;
 }
 
-Result<std::shared_ptr<Session>> SessionRegistry::Find(const std::string& session_id) const {
+Result<std::shared_ptr<Session>> SessionRegistry::Find(const std::string& tenant,
+                                                       const std::string& session_id) const {
   const std::lock_guard lock(mutex_);
-  const auto found = entries_.find(session_id);
+  const auto found = entries_.find({tenant, session_id});
   if (found == entries_.end() || found->second.session == nullptr) {
     return Error{ErrorCode::kSessionNotFound,
                  "there is no session '" + session_id + "'; it may have been deleted",
@@ -69,10 +81,13 @@ Result<std::shared_ptr<Session>> SessionRegistry::Find(const std::string& sessio
   return found->second.session;
 }
 
-SessionRegistry::Page SessionRegistry::List(std::int64_t after, std::size_t count_max) const {
+SessionRegistry::Page SessionRegistry::List(const std::string& tenant, std::int64_t after,
+                                            std::size_t count_max) const {
   const std::lock_guard lock(mutex_);
   Page page;
-  for (auto it = by_number_.upper_bound(after); it != by_number_.end(); ++it) {
+  const auto own = by_number_.find(tenant);
+  if (own == by_number_.end()) return page;
+  for (auto it = own->second.upper_bound(after); it != own->second.end(); ++it) {
     if (page.sessions.size() == count_max) return page;
     page.sessions.push_back(it->second);
     page.next = it->first;
@@ -83,9 +98,11 @@ SessionRegistry::Page SessionRegistry::List(std::int64_t after, std::size_t coun
 
 std::vector<std::shared_ptr<Session>> SessionRegistry::All() const {
   const std::lock_guard lock(mutex_);
+  std::map<std::int64_t, std::shared_ptr<Session>> all;
+  for (const auto& [tenant, own] : by_number_) all.insert(own.begin(), own.end());
   std::vector<std::shared_ptr<Session>> sessions;
-  sessions.reserve(by_number_.size());
-  for (const auto& [number, session] : by_number_) sessions.push_back(session);
+  sessions.reserve(all.size());
+  for (const auto& [number, session] : all) sessions.push_back(session);
   return sessions;
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "core/base/result.h"
@@ -22,29 +23,36 @@ namespace pliant::server {
 /// *Threads*: all functions from any thread. `mutex_` is a leaf lock.
 class SessionRegistry {
  public:
-  /// @param sessions_max  how many there may be at once.
-  /// @param seed          of the ids that it makes up.
-  SessionRegistry(std::size_t sessions_max, std::uint64_t seed);
+  /// How many sessions there may be at once.
+  struct Bounds {
+    std::size_t sessions_max = 0;
+    std::size_t sessions_per_tenant_max = 0;
+  };
+  /// @param seed  of the ids that it makes up.
+  SessionRegistry(const Bounds& bounds, std::uint64_t seed);
 
   /// Takes an id; an empty wish gets a new one. Errors: kSessionExists, kResourceExhausted.
-  Result<std::string> Reserve(const std::string& wished_id);
+  Result<std::string> Reserve(const std::string& tenant, const std::string& wished_id);
   /// Gives a reserved id its session. @pre Reserve gave the id, and neither Publish nor Remove
   /// came.
-  void Publish(std::shared_ptr<Session> session);
+  void Publish(const std::string& tenant, std::shared_ptr<Session> session);
   /// Frees an id; the session that had it, null if it was only reserved or unknown.
-  std::shared_ptr<Session> Remove(const std::string& session_id);
+  std::shared_ptr<Session> Remove(const std::string& tenant, const std::string& session_id);
 
-  /// Error: kSessionNotFound.
-  Result<std::shared_ptr<Session>> Find(const std::string& session_id) const;
+  /// Error: kSessionNotFound, also for the session of another tenant.
+  Result<std::shared_ptr<Session>> Find(const std::string& tenant,
+                                        const std::string& session_id) const;
 
-  /// A page of sessions, oldest first, after the one with number `after`; 0: from the start.
+  /// A page of a tenant's sessions, oldest first, after the one with number `after`; 0: from the
+  /// start.
   struct Page {
     std::vector<std::shared_ptr<Session>> sessions;
     std::int64_t next = 0;  ///< Number to go on after; 0 if that was the last page.
   };
-  [[nodiscard]] Page List(std::int64_t after, std::size_t count_max) const;
+  [[nodiscard]] Page List(const std::string& tenant, std::int64_t after,
+                          std::size_t count_max) const;
 
-  /// All published sessions, oldest first.
+  /// All published sessions of all tenants, oldest first.
   [[nodiscard]] std::vector<std::shared_ptr<Session>> All() const;
 
  private:
@@ -53,12 +61,17 @@ class SessionRegistry {
     std::shared_ptr<Session> session;  // Null while reserved.
   };
 
-  const std::size_t sessions_max_;
+  // Tenant and id.
+  using Name = std::pair<std::string, std::string>;
+
+  const Bounds bounds_;
   mutable std::mutex mutex_;  // Guards all below.
   Rng rng_;
   std::int64_t last_number_ = 0;
-  std::map<std::string, Entry> entries_;
-  std::map<std::int64_t, std::shared_ptr<Session>> by_number_;  // Published ones.
+  std::map<Name, Entry> entries_;
+  std::map<std::string, std::size_t> counts_;  // Entries of each tenant.
+  std::map<std::string, std::map<std::int64_t, std::shared_ptr<Session>>>
+      by_number_;  // Published ones of each tenant.
 };
 
 }  // namespace pliant::server

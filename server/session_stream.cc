@@ -4,6 +4,7 @@
 #include <utility>
 #include <vector>
 
+#include "server/access.h"
 #include "server/convert_reply.h"
 #include "server/error_status.h"
 #include "server/limits.h"
@@ -22,7 +23,14 @@ grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* EditStream::Begin(
   // Not make_shared: the constructor is private.
   const std::shared_ptr<EditStream> stream(new EditStream(std::move(environment)));
   stream->self_ = stream;
-  stream->StartRead(&stream->request_);
+  if (stream->environment_.tenant) {
+    stream->StartRead(&stream->request_);
+  } else {
+    const std::lock_guard lock(stream->mutex_);
+    stream->reading_ = false;
+    stream->End(Access::Refusal());
+    stream->Pump();
+  }
   return stream.get();
 }
 
@@ -192,8 +200,9 @@ Result<std::optional<SessionCommand>> EditStream::Handle(v1::EditRequest& reques
 Result<SessionCommand> EditStream::HandleOpen(const v1::EditRequest& request) {
   PLIANT_ASSIGN_OR_RETURN(const OpenCommand open, ConvertOpen(request.open()));
   PLIANT_ASSIGN_OR_RETURN(const WantedParts parts, ConvertParts(request.open().parts()));
-  PLIANT_ASSIGN_OR_RETURN(std::shared_ptr<Session> session,
-                          environment_.registry->Find(request.open().session_id()));
+  PLIANT_ASSIGN_OR_RETURN(
+      std::shared_ptr<Session> session,
+      environment_.registry->Find(*environment_.tenant, request.open().session_id()));
   {
     const std::lock_guard lock(mutex_);
     parts_ = parts;  // Before a worker can send anything.

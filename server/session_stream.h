@@ -38,6 +38,7 @@ class EditStream final : public grpc::ServerBidiReactor<v1::EditRequest, v1::Edi
   /// What a stream uses of its server; the pointers outlive it.
   struct Environment {
     const SessionRegistry* registry = nullptr;
+    std::optional<std::string> tenant = {};  ///< Of the caller; nothing: refused.
     CallCounter* calls = nullptr;
     const Log* log = nullptr;
     std::string request_id;

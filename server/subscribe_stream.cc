@@ -3,6 +3,7 @@
 #include <utility>
 #include <variant>
 
+#include "server/access.h"
 #include "server/blobs.h"
 #include "server/convert_reply.h"
 #include "server/convert_subscribe.h"
@@ -15,8 +16,10 @@ grpc::ServerWriteReactor<v1::SubscribeResponse>* SubscribeStream::Begin(
   // Not make_shared: the constructor is private.
   const std::shared_ptr<SubscribeStream> stream(new SubscribeStream(std::move(environment)));
   stream->self_ = stream;
-  const Status status = stream->Open(request);
+  const bool is_known = stream->environment_.tenant.has_value();
+  const Status status = is_known ? stream->Open(request) : Status();
   const std::lock_guard lock(stream->mutex_);
+  if (!is_known) stream->End(Access::Refusal());
   if (!status.ok()) stream->End(ToGrpcStatus(status.error()));
   stream->SetAlarm();
   stream->Pump();
@@ -31,7 +34,7 @@ Status SubscribeStream::Open(const v1::SubscribeRequest& request) {
   PLIANT_ASSIGN_OR_RETURN(const Revision mirror, ConvertSubscribe(request));
   PLIANT_ASSIGN_OR_RETURN(parts_, ConvertParts(request.parts()));
   PLIANT_ASSIGN_OR_RETURN(std::shared_ptr<Session> session,
-                          environment_.registry->Find(request.session_id()));
+                          environment_.registry->Find(*environment_.tenant, request.session_id()));
   {
     const std::lock_guard lock(mutex_);
     session_ = session;

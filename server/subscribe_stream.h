@@ -35,6 +35,7 @@ class SubscribeStream final : public grpc::ServerWriteReactor<v1::SubscribeRespo
   /// What a call uses of its server; the pointers outlive it.
   struct Environment {
     const SessionRegistry* registry = nullptr;
+    std::optional<std::string> tenant = {};  ///< Of the caller; nothing: refused.
     CallCounter* calls = nullptr;
     const Log* log = nullptr;
     std::string request_id;

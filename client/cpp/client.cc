@@ -42,7 +42,7 @@ const ServerInfo& Client::server_info() const { return connection_->server_info(
 
 Result<std::unique_ptr<Session>> Client::CreateSession(const Start& start, const MetricSpec& metric,
                                                        const SessionSettings& settings) {
-  const auto context = ContextWithTimeout(connection_->options().transfer_timeout);
+  const auto context = connection_->NewContext(connection_->options().transfer_timeout);
   v1::CreateSessionResponse response;
   const std::unique_ptr<CreateWriter> writer =
       connection_->sessions().CreateSession(context.get(), &response);
@@ -73,7 +73,7 @@ std::unique_ptr<Subscription> Client::Subscribe(const std::string& session_id,
 }
 
 Result<SessionInfo> Client::GetSession(const std::string& session_id) {
-  const auto context = ContextWithTimeout(connection_->options().call_timeout);
+  const auto context = connection_->NewContext(connection_->options().call_timeout);
   v1::GetSessionRequest request;
   request.set_session_id(session_id);
   v1::GetSessionResponse response;
@@ -86,7 +86,7 @@ Result<std::vector<SessionInfo>> Client::ListSessions() {
   std::vector<SessionInfo> sessions;
   v1::ListSessionsRequest request;
   do {
-    const auto context = ContextWithTimeout(connection_->options().call_timeout);
+    const auto context = connection_->NewContext(connection_->options().call_timeout);
     v1::ListSessionsResponse response;
     const auto status = connection_->sessions().ListSessions(context.get(), request, &response);
     if (!status.ok()) return CallError(*connection_, status);
@@ -97,7 +97,7 @@ Result<std::vector<SessionInfo>> Client::ListSessions() {
 }
 
 Result<Revision> Client::DeleteSession(const std::string& session_id) {
-  const auto context = ContextWithTimeout(connection_->options().call_timeout);
+  const auto context = connection_->NewContext(connection_->options().call_timeout);
   v1::DeleteSessionRequest request;
   request.set_session_id(session_id);
   v1::DeleteSessionResponse response;

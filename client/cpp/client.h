@@ -27,8 +27,7 @@ class Client {
   /// Connects and asks the server who it is.
   ///
   /// @param address  "localhost:7447", "unix:relative/path.sock" or "unix:///absolute/path.sock".
-  ///                 The connection is neither encrypted nor authenticated: use it on one machine,
-  ///                 or through a tunnel.
+  /// @param options  certificates and a token for servers on other machines.
   static Result<Client> Connect(const std::string& address, const ConnectOptions& options = {});
 
   [[nodiscard]] const std::string& address() const;

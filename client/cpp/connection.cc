@@ -12,14 +12,22 @@
 namespace pliant::client {
 namespace {
 
-std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
+std::shared_ptr<grpc::ChannelCredentials> CredentialsOf(const ConnectOptions& options) {
+  if (options.tls_roots.empty()) return grpc::InsecureChannelCredentials();
+  return grpc::SslCredentials({.pem_root_certs = options.tls_roots,
+                               .pem_private_key = options.tls_key,
+                               .pem_cert_chain = options.tls_cert});
+}
+
+std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address,
+                                           const ConnectOptions& options) {
   grpc::ChannelArguments arguments;
   // A proxy for the web, set in the environment, is not meant for a server on this machine.
   arguments.SetInt(GRPC_ARG_ENABLE_HTTP_PROXY, 0);
   // A server that is restarted is found again within a second, not after minutes.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
-  return grpc::CreateCustomChannel(address, grpc::InsecureChannelCredentials(), arguments);
+  return grpc::CreateCustomChannel(address, CredentialsOf(options), arguments);
 }
 
 }  // namespace
@@ -27,7 +35,7 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address) {
 Connection::Connection(std::string address, const ConnectOptions& options)
     : address_(std::move(address)),
       options_(options),
-      channel_(MakeChannel(address_)),
+      channel_(MakeChannel(address_, options_)),
       sessions_(v1::SessionService::NewStub(channel_)) {}
 
 Status Connection::Handshake() {
@@ -37,7 +45,7 @@ Status Connection::Handshake() {
                             "; check the address and that pliantd runs there",
                  .field = "address"};
   }
-  const auto context = ContextWithTimeout(options_.connect_timeout);
+  const auto context = NewContext(options_.connect_timeout);
   v1::GetServerInfoResponse response;
   const auto status =
       v1::ServerService::NewStub(channel_)->GetServerInfo(context.get(), {}, &response);
@@ -60,7 +68,7 @@ bool Connection::WaitForConnected() {
 }
 
 Result<MeshReplica> Connection::GetMesh(const std::string& session_id, Parts parts) {
-  const auto context = ContextWithTimeout(options_.transfer_timeout);
+  const auto context = NewContext(options_.transfer_timeout);
   v1::GetMeshRequest request;
   request.set_session_id(session_id);
   if (parts == Parts::kMeshAndMetric) request.add_parts(v1::MESH_PART_METRIC);
@@ -94,7 +102,7 @@ Result<MeshReplica> Connection::GetMesh(const std::string& session_id, Parts par
 }
 
 Result<Quality> Connection::GetQuality(const std::string& session_id) {
-  const auto context = ContextWithTimeout(options_.transfer_timeout);
+  const auto context = NewContext(options_.transfer_timeout);
   v1::GetQualityRequest request;
   request.set_session_id(session_id);
   v1::GetQualityResponse response;
@@ -103,8 +111,15 @@ Result<Quality> Connection::GetQuality(const std::string& session_id) {
   return FromWire(response.quality());
 }
 
-std::unique_ptr<grpc::ClientContext> ContextWithTimeout(std::chrono::milliseconds timeout) {
+std::unique_ptr<grpc::ClientContext> Connection::NewContext() const {
   auto context = std::make_unique<grpc::ClientContext>();
+  if (!options_.token.empty()) context->AddMetadata("authorization", "Bearer " + options_.token);
+  return context;
+}
+
+std::unique_ptr<grpc::ClientContext> Connection::NewContext(
+    std::chrono::milliseconds timeout) const {
+  auto context = NewContext();
   context->set_deadline(std::chrono::system_clock::now() + timeout);
   return context;
 }

@@ -33,6 +33,12 @@ class Connection {
   [[nodiscard]] const ServerInfo& server_info() const { return server_info_; }
   [[nodiscard]] v1::SessionService::Stub& sessions() const { return *sessions_; }
 
+  /// A context for one call, with the token if there is one.
+  [[nodiscard]] std::unique_ptr<grpc::ClientContext> NewContext() const;
+  /// The same for a call that fails with DEADLINE_EXCEEDED after `timeout`.
+  [[nodiscard]] std::unique_ptr<grpc::ClientContext> NewContext(
+      std::chrono::milliseconds timeout) const;
+
   /// Downloads the current mesh.
   Result<MeshReplica> GetMesh(const std::string& session_id, Parts parts);
   Result<Quality> GetQuality(const std::string& session_id);
@@ -46,10 +52,6 @@ class Connection {
   std::unique_ptr<v1::SessionService::Stub> sessions_;
   ServerInfo server_info_;
 };
-
-/// A context whose call fails with DEADLINE_EXCEEDED after `timeout`.
-[[nodiscard]] std::unique_ptr<grpc::ClientContext> ContextWithTimeout(
-    std::chrono::milliseconds timeout);
 
 /// The error of a call, with the address where the server cannot be reached. @pre !status.ok()
 [[nodiscard]] Error CallError(const Connection& connection, const grpc::Status& status);

@@ -48,7 +48,7 @@ Status Session::Impl::Open() {
 Status Session::Impl::OpenOnce() {
   {
     const std::lock_guard lock(write_mutex_);
-    context_ = std::make_unique<grpc::ClientContext>();
+    context_ = connection_->NewContext();
     stream_ = connection_->sessions().Edit(context_.get());
   }
   // A failed write shows in the next Read, which has the reason.

@@ -22,7 +22,7 @@ void Subscription::Impl::Connect() {
   if (options_.parts == Parts::kMeshAndMetric) request.add_parts(v1::MESH_PART_METRIC);
   reader_ = std::make_unique<wire::ColumnReader>(kBlobBytesMax);
   const std::lock_guard lock(mutex_);
-  context_ = std::make_unique<grpc::ClientContext>();
+  context_ = connection_->NewContext();
   if (is_cancelled_) context_->TryCancel();
   stream_ = connection_->sessions().Subscribe(context_.get(), request);
 }

@@ -16,8 +16,15 @@
 
 namespace pliant::client {
 
-/// How long to wait for the server.
+/// How to connect, and how long to wait for the server.
 struct ConnectOptions {
+  /// What the server knows us by; empty: nothing.
+  std::string token = {};
+  /// PEM text: who signs the server's certificate. Empty: no encryption, for one machine.
+  std::string tls_roots = {};
+  /// PEM texts: our own certificate and key, where the server wants them.
+  std::string tls_cert = {};
+  std::string tls_key = {};
   std::chrono::milliseconds connect_timeout{5'000};  ///< For the first answer of the server.
   std::chrono::milliseconds call_timeout{30'000};    ///< For short calls.
   /// For calls that carry or measure a whole mesh. Advances have no timeout of their own: see

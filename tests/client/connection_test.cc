@@ -108,7 +108,7 @@ TEST(Connection, AMissedDeadlineSaysWhatToDo) {
     return grpc::Status(grpc::StatusCode::DEADLINE_EXCEEDED, "");
   };
   Connection connection(server.address(), {});
-  const auto context = ContextWithTimeout(milliseconds(1000));
+  const auto context = connection.NewContext(milliseconds(1000));
   v1::ListSessionsResponse response;
   const auto status = connection.sessions().ListSessions(context.get(), {}, &response);
   const Error error = CallError(connection, status);

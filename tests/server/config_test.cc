@@ -65,6 +65,10 @@ TEST(Config, RefusesNumbersOutOfRangeAndUnknownFlags) {
   EXPECT_EQ(Parse({"--sessions-max", "0"}).error().field, "sessions-max");
   EXPECT_EQ(Parse({"--vertices-max", "2"}).error().field, "vertices-max");
   EXPECT_EQ(Parse({"--drain-ms", "-1"}).error().field, "drain-ms");
+  EXPECT_EQ(Parse({"--connection-age-max-s", "-1"}).error().field, "connection-age-max-s");
+  EXPECT_EQ(Parse({"--sessions-per-tenant-max", "0"}).error().field, "sessions-per-tenant-max");
+  EXPECT_EQ(Parse({"--tls-cert", "x"}).error().field, "tls-cert");
+  EXPECT_EQ(Parse({"--tls-client-ca", "x"}).error().field, "tls-client-ca");
   EXPECT_EQ(Parse({"--bookmark-ms", "0"}).error().field, "bookmark-ms");
   EXPECT_FALSE(Parse({"--no-such-flag"}).ok());
   EXPECT_FALSE(Parse({"--log-level", "loud"}).ok());

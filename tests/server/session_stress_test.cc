@@ -76,10 +76,12 @@ class SharedEditor final : public Editor {
 
 // What the threads of a test share.
 struct World {
-  World() : scheduler(/*worker_count=*/4, clock), registry(100, /*seed=*/1) {}
+  World()
+      : scheduler(/*worker_count=*/4, clock),
+        registry({.sessions_max = 100, .sessions_per_tenant_max = 100}, /*seed=*/1) {}
 
   void Create(const std::string& id) {
-    const Result<std::string> reserved = registry.Reserve(id);
+    const Result<std::string> reserved = registry.Reserve("", id);
     if (!reserved.ok()) return;
     auto script = std::make_shared<FakeEngineScript>();
     script->visits_needed = 20'000;
@@ -92,7 +94,7 @@ struct World {
                                                        .on_broken = [](const std::string&) {}},
                                   id, std::map<std::string, std::string>());
     session->Start(EngineInput{}, [this, session](const Status& status) {
-      if (status.ok()) registry.Publish(session);
+      if (status.ok()) registry.Publish("", session);
     });
   }
 
@@ -132,14 +134,14 @@ void Client(World& world, std::uint64_t seed) {
   std::mt19937_64 rng(seed);
   for (int i = 0; i < 60; ++i) {
     const std::string id = std::string("s").append(std::to_string(rng() % 5));
-    const auto session = world.registry.Find(id);
+    const auto session = world.registry.Find("", id);
     if (!session.ok()) {
       world.Create(id);
       continue;
     }
     switch (rng() % 8) {
       case 0:
-        if (const auto removed = world.registry.Remove(id)) {
+        if (const auto removed = world.registry.Remove("", id)) {
           removed->Close({ErrorCode::kSessionNotFound, "deleted"});
         }
         break;

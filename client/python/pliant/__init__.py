@@ -39,7 +39,8 @@ from pliant.client import Client, SessionInfo, connect
 from pliant.diff import Diff, Progress
 from pliant.errors import (
     AlreadyExists, Cancelled, DeadlineExceeded, Error, FailedPrecondition, Internal, InvalidInput,
-    NotFound, ReplicaMismatch, ResourceExhausted, SessionBusy, Unavailable, Unimplemented)
+    NotFound, ReplicaMismatch, ResourceExhausted, SessionBusy, Unauthenticated, Unavailable,
+    Unimplemented)
 from pliant.geometry import Domain, Mesh
 from pliant.local import start_local
 from pliant.options import Advance
@@ -52,6 +53,7 @@ __all__ = [
     "Advance", "AlreadyExists", "Cancelled", "Change", "Client", "Counts", "DeadlineExceeded",
     "Diff", "Domain", "Error", "FailedPrecondition", "Histogram", "Internal", "InvalidInput",
     "LengthStatistics", "Mesh", "MeshView", "NotFound", "Progress", "Quality", "ReplicaMismatch",
-    "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Subscription", "Unavailable",
-    "Unimplemented", "connect", "errors", "metric", "options", "start_local",
+    "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Subscription",
+    "Unauthenticated", "Unavailable", "Unimplemented", "connect", "errors", "metric", "options",
+    "start_local",
 ]

@@ -5,9 +5,7 @@ import weakref
 from dataclasses import dataclass
 from typing import Any, List, Mapping, Optional
 
-import grpc
-
-from pliant import arrays, calls, errors, geometry
+from pliant import arrays, calls, channel, errors, geometry
 from pliant import metric as metrics
 from pliant import options as opts
 from pliant.session import Session
@@ -49,10 +47,10 @@ class Client:
     Threads: may be used from several threads. Do not fork a process that has a client.
     """
 
-    def __init__(self, address: str, server: Any = None):
+    def __init__(self, address: str, server: Any = None, **security):
         self.address = address
         self._server = server
-        self._channel = grpc.insecure_channel(address, options=_channel_options(address))
+        self._channel = channel.make(address, **security)
         self._sessions = session_pb2_grpc.SessionServiceStub(self._channel)
         self._open: weakref.WeakSet = weakref.WeakSet()
         get_info = session_pb2_grpc.ServerServiceStub(self._channel).GetServerInfo
@@ -201,24 +199,25 @@ class Client:
         return response.session.session_id
 
 
-def connect(address: str = "localhost:7447") -> Client:
+def connect(address: str = "localhost:7447", *, token: Optional[str] = None,
+            tls_roots: Optional[bytes] = None, tls_cert: Optional[bytes] = None,
+            tls_key: Optional[bytes] = None) -> Client:
     """Connects to a server.
 
     Args:
         address: "host:port", or "unix:/path/of/socket".
+        token: what the server knows us by, if it wants a token.
+        tls_roots: PEM text: who signs the server's certificate. Default: no encryption.
+        tls_cert, tls_key: PEM texts: our own certificate and key, where the server wants them.
 
     Raises:
+        Unauthenticated: the server wants a token, or does not know this one.
         Unavailable: no server answers there within 10 seconds.
     """
     try:
-        return Client(address)
+        return Client(address, token=token, tls_roots=tls_roots, tls_cert=tls_cert,
+                      tls_key=tls_key)
     except (errors.Unavailable, errors.DeadlineExceeded) as error:
         raise errors.Unavailable(
             "UNAVAILABLE", f"no pliantd answers at {address} ({error.message}); is it running? "
             "pliant.start_local() starts a private one") from None
-
-
-def _channel_options(address):
-    """A proxy for the world outside must not come between a program and its own machine."""
-    is_local = address.startswith(("unix:", "localhost:", "127.", "[::1]:"))
-    return [("grpc.enable_http_proxy", 0)] if is_local else []

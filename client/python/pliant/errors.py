@@ -81,6 +81,10 @@ class Unavailable(Error, ConnectionError):
     """The server cannot be reached, or went away."""
 
 
+class Unauthenticated(Error, PermissionError):
+    """The server wants a token, or does not know the one that was given."""
+
+
 class Unimplemented(Error, NotImplementedError):
     """This version of the server does not have that yet; proto/README.md lists what is missing."""
 
@@ -103,6 +107,7 @@ _CLASSES = {
     grpc.StatusCode.RESOURCE_EXHAUSTED: ResourceExhausted,
     grpc.StatusCode.CANCELLED: Cancelled,
     grpc.StatusCode.DEADLINE_EXCEEDED: DeadlineExceeded,
+    grpc.StatusCode.UNAUTHENTICATED: Unauthenticated,
     grpc.StatusCode.UNAVAILABLE: Unavailable,
     grpc.StatusCode.UNIMPLEMENTED: Unimplemented,
     grpc.StatusCode.DATA_LOSS: ReplicaMismatch,

@@ -1,0 +1,183 @@
+#include "server/access.h"
+
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <map>
+#include <string>
+
+#include "tests/support/in_process_server.h"
+
+namespace pliant::server {
+namespace {
+
+constexpr const char* kTokens =
+    "# token            tenant\n"
+    "aaaaaaaaaaaaaaaa   wing\n"
+    "bbbbbbbbbbbbbbbb   wing\n"
+    "\n"
+    "cccccccccccccccc   rotor\n";
+
+TEST(Access, KnowsTheTenantOfAToken) {
+  const Access access = Access::FromText(kTokens).value();
+  EXPECT_EQ(access.TenantOf("Bearer aaaaaaaaaaaaaaaa").value(), "wing");
+  EXPECT_EQ(access.TenantOf("Bearer bbbbbbbbbbbbbbbb").value(), "wing");
+  EXPECT_EQ(access.TenantOf("Bearer cccccccccccccccc").value(), "rotor");
+  for (const char* wrong : {"", "Bearer ", "Bearer aaaaaaaaaaaaaaa", "aaaaaaaaaaaaaaaa",
+                            "Bearer aaaaaaaaaaaaaaab", "bearer aaaaaaaaaaaaaaaa"}) {
+    EXPECT_FALSE(access.TenantOf(wrong).has_value()) << wrong;
+  }
+  EXPECT_EQ(Access().TenantOf("").value(), "");
+}
+
+TEST(Access, RefusesAFileThatIsNotMeantSo) {
+  EXPECT_EQ(Access::FromText("aaaaaaaaaaaaaaaa").error().index, 0);
+  EXPECT_EQ(Access::FromText("#\naaaaaaaaaaaaaaaa a b").error().index, 1);
+  EXPECT_EQ(Access::FromText("short a").error().index, 0);
+  EXPECT_EQ(Access::FromText("# nothing\n").error().code, ErrorCode::kFileSyntax);
+  EXPECT_EQ(Access::FromFile("/nowhere").error().code, ErrorCode::kFileNotFound);
+}
+
+// Goal: one tenant never sees another's session, whatever call it makes; without a token nobody
+// sees anything.
+// Method: every call of the service on a session of `wing`, as its owner, as `rotor`, and as
+// nobody.
+class TenantsTest : public testing::Test {
+ protected:
+  static Config WithTokens() {
+    Config config;
+    config.tokens = std::string(PLIANT_SOURCE_DIR) + "/tests/data/tokens.txt";
+    config.sessions_per_tenant_max = 3;
+    return config;
+  }
+  using Call = std::function<grpc::Status(grpc::ClientContext*)>;
+  grpc::Status As(const std::string& token, const Call& call) {
+    grpc::ClientContext context;
+    if (!token.empty()) context.AddMetadata("authorization", "Bearer " + token);
+    return call(&context);
+  }
+  template <class Request>
+  static Request Named(const std::string& id) {
+    Request request;
+    request.set_session_id(id);
+    return request;
+  }
+  grpc::Status Create(grpc::ClientContext* context, const std::string& id) {
+    v1::CreateSessionResponse response;
+    const auto writer = server_.sessions->CreateSession(context, &response);
+    v1::CreateSessionRequest request;
+    *request.mutable_create() = test::UnitSquare("0.5");
+    request.mutable_create()->set_session_id(id);
+    writer->Write(request);
+    writer->WritesDone();
+    return writer->Finish();
+  }
+  grpc::Status Open(grpc::ClientContext* context, const std::string& id) {
+    const auto stream = server_.sessions->Edit(context);
+    v1::EditRequest request;
+    request.mutable_open()->set_session_id(id);
+    stream->Write(request);
+    request.Clear();
+    request.set_update_id(++last_update_id_);
+    request.mutable_advance();
+    stream->Write(request);
+    stream->WritesDone();
+    v1::EditResponse response;
+    while (stream->Read(&response)) {
+    }
+    return stream->Finish();
+  }
+  template <class Reader, class Response>
+  static grpc::Status First(const Reader& reader, Response response, grpc::ClientContext* context) {
+    if (reader->Read(&response)) {
+      context->TryCancel();
+      reader->Finish();
+      return grpc::Status::OK;
+    }
+    return reader->Finish();
+  }
+
+  // Every call of the service on the session `s`, by name.
+  std::map<std::string, Call> Calls() {
+    auto& stub = *server_.sessions;
+    return {
+        {"GetSession",
+         [&](grpc::ClientContext* context) {
+           v1::GetSessionResponse response;
+           return stub.GetSession(context, Named<v1::GetSessionRequest>("s"), &response);
+         }},
+        {"Edit", [&](grpc::ClientContext* context) { return Open(context, "s"); }},
+        {"Subscribe",
+         [&](grpc::ClientContext* context) {
+           return First(stub.Subscribe(context, Named<v1::SubscribeRequest>("s")),
+                        v1::SubscribeResponse(), context);
+         }},
+        {"GetMesh",
+         [&](grpc::ClientContext* context) {
+           return First(stub.GetMesh(context, Named<v1::GetMeshRequest>("s")),
+                        v1::GetMeshResponse(), context);
+         }},
+        {"GetQuality",
+         [&](grpc::ClientContext* context) {
+           v1::GetQualityResponse response;
+           return stub.GetQuality(context, Named<v1::GetQualityRequest>("s"), &response);
+         }},
+        {"DeleteSession",
+         [&](grpc::ClientContext* context) {
+           v1::DeleteSessionResponse response;
+           return stub.DeleteSession(context, Named<v1::DeleteSessionRequest>("s"), &response);
+         }},
+    };
+  }
+
+  test::InProcessServer server_{RemesherFactory(), WithTokens()};
+  std::int64_t last_update_id_ = 0;
+};
+
+TEST_F(TenantsTest, NoCallSeesAnothersSession) {
+  const std::map<std::string, Call> calls = Calls();
+  // Two revisions, so that every call has something to work on.
+  ASSERT_TRUE(As("aaaaaaaaaaaaaaaa", [&](auto* context) { return Create(context, "s"); }).ok());
+  for (int i = 0; i < 2; ++i) {
+    ASSERT_TRUE(As("aaaaaaaaaaaaaaaa", calls.at("Edit")).ok());
+  }
+  for (const char* name :
+       {"Edit", "GetMesh", "GetQuality", "GetSession", "Subscribe", "DeleteSession"}) {
+    SCOPED_TRACE(name);
+    const Call& call = calls.at(name);
+    EXPECT_EQ(test::ReasonOf(As("cccccccccccccccc", call)), "SESSION_NOT_FOUND");
+    EXPECT_EQ(test::ReasonOf(As("", call)), "UNAUTHENTICATED");
+    EXPECT_EQ(As("dddddddddddddddd", call).error_code(), grpc::StatusCode::UNAUTHENTICATED);
+    const grpc::Status status = As("bbbbbbbbbbbbbbbb", call);
+    EXPECT_TRUE(status.ok()) << status.error_message();
+  }
+}
+
+TEST_F(TenantsTest, ListsAndIdsAndLimitsAreATenantsOwn) {
+  const auto create = [&](const std::string& token, const std::string& id) {
+    return As(token, [&](auto* context) { return Create(context, id); });
+  };
+  const auto list = [&](const std::string& token) {
+    v1::ListSessionsResponse response;
+    EXPECT_TRUE(As(token, [&](auto* context) {
+                  return server_.sessions->ListSessions(context, {}, &response);
+                }).ok());
+    return response.sessions_size();
+  };
+  EXPECT_EQ(create("", "s").error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  for (const char* id : {"s", "t", "u"}) EXPECT_TRUE(create("aaaaaaaaaaaaaaaa", id).ok());
+  const grpc::Status full = create("bbbbbbbbbbbbbbbb", "v");
+  EXPECT_EQ(test::ReasonOf(full), "RESOURCE_EXHAUSTED");
+  EXPECT_TRUE(create("cccccccccccccccc", "s").ok())
+      << "the other tenant has room and its own names";
+  EXPECT_EQ(list("aaaaaaaaaaaaaaaa"), 3);
+  EXPECT_EQ(list("cccccccccccccccc"), 1);
+  v1::ListSessionsResponse response;
+  EXPECT_EQ(
+      As("", [&](auto* context) { return server_.sessions->ListSessions(context, {}, &response); })
+          .error_code(),
+      grpc::StatusCode::UNAUTHENTICATED);
+}
+
+}  // namespace
+}  // namespace pliant::server
