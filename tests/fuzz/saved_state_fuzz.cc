@@ -48,7 +48,7 @@ const Examples& Known() {
 /// The known bytes with others written over them: pairs of a position (three bytes) and a value.
 Bytes Patched(Bytes bytes, std::span<const std::uint8_t> patches) {
   for (std::size_t i = 0; i + 3 < patches.size(); i += 4) {
-    const std::size_t at = patches[i] | (patches[i + 1] << 8U) | (patches[i + 2] << 16U);
+    const std::size_t at = patches[i] + 256 * (patches[i + 1] + std::size_t{256} * patches[i + 2]);
     bytes[at % bytes.size()] = static_cast<std::byte>(patches[i + 3]);
   }
   return bytes;
