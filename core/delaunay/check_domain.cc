@@ -156,6 +156,26 @@ BoundingBox BoxOf(const Domain& domain, const Segment& s) {
   return {{std::min(a.x, b.x), std::min(a.y, b.y)}, {std::max(a.x, b.x), std::max(a.y, b.y)}};
 }
 
+Error CrossingError(const Domain& domain, std::int32_t segment, std::int32_t other) {
+  return {.code = ErrorCode::kCrossingSegments,
+          .message = "A point inside " + SegmentText(domain, segment) + " lies also inside " +
+                     SegmentText(domain, other) +
+                     ". Split both where they cross, or remove what overlaps.",
+          .field = "domain.segments",
+          .index = segment,
+          .other_index = other};
+}
+
+Error PointOnSegmentError(const Domain& domain, std::int32_t point, std::int32_t segment) {
+  return {.code = ErrorCode::kPointOnSegment,
+          .message = "The " + PointText(domain, point) + " lies inside " +
+                     SegmentText(domain, segment) +
+                     ". Split the segment at the point, or move the point.",
+          .field = "domain.points",
+          .index = point,
+          .other_index = segment};
+}
+
 Status CheckCrossings(const Domain& domain, const BoxTree& tree) {
   for (std::size_t i = 0; i < domain.segments.size(); ++i) {
     const Segment& s = domain.segments[i];
@@ -170,14 +190,7 @@ Status CheckCrossings(const Domain& domain, const BoxTree& tree) {
       return true;
     });
     if (other == std::numeric_limits<std::int32_t>::max()) continue;
-    const auto index = static_cast<std::int32_t>(i);
-    return Error{.code = ErrorCode::kCrossingSegments,
-                 .message = "A point inside " + SegmentText(domain, index) + " lies also inside " +
-                            SegmentText(domain, other) +
-                            ". Split both where they cross, or remove what overlaps.",
-                 .field = "domain.segments",
-                 .index = index,
-                 .other_index = other};
+    return CrossingError(domain, static_cast<std::int32_t>(i), other);
   }
   return {};
 }
@@ -192,14 +205,7 @@ Status CheckPointsOnSegments(const Domain& domain, const BoxTree& tree) {
       return true;
     });
     if (on == std::numeric_limits<std::int32_t>::max()) continue;
-    const auto index = static_cast<std::int32_t>(i);
-    return Error{.code = ErrorCode::kPointOnSegment,
-                 .message = "The " + PointText(domain, index) + " lies inside " +
-                            SegmentText(domain, on) +
-                            ". Split the segment at the point, or move the point.",
-                 .field = "domain.points",
-                 .index = index,
-                 .other_index = on};
+    return PointOnSegmentError(domain, static_cast<std::int32_t>(i), on);
   }
   return {};
 }
@@ -216,6 +222,24 @@ Status CheckArrays(const Domain& domain) {
   PLIANT_RETURN_IF_ERROR(CheckSizes(domain));
   PLIANT_RETURN_IF_ERROR(CheckDuplicatePoints(domain));
   return CheckSegmentEnds(domain);
+}
+
+Status CheckSegment(const Domain& domain, std::int32_t segment) {
+  const Segment& s = domain.segments[AsIndex(segment)];
+  for (std::size_t i = 0; i < domain.segments.size(); ++i) {
+    const auto k = static_cast<std::int32_t>(i);
+    const Segment& t = domain.segments[i];
+    if (k != segment && CrossOrOverlap(StartOf(domain, t), EndOf(domain, t), StartOf(domain, s),
+                                       EndOf(domain, s))) {
+      return CrossingError(domain, std::min(k, segment), std::max(k, segment));
+    }
+  }
+  for (std::size_t i = 0; i < domain.points.size(); ++i) {
+    if (IsInsideSegment(StartOf(domain, s), EndOf(domain, s), domain.points[i])) {
+      return PointOnSegmentError(domain, static_cast<std::int32_t>(i), segment);
+    }
+  }
+  return {};
 }
 
 Status CheckSegments(const Domain& domain) {

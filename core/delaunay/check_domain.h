@@ -14,10 +14,18 @@ namespace pliant {
 /// @par Cost  O(n log n).
 [[nodiscard]] Status CheckArrays(const Domain& domain);
 
-/// Looks for segments that cross or overlap, and for points inside segments.
+/// Why a segment cannot be part of a triangulation: the lowest one that it crosses or overlaps, or
+/// else the lowest point inside it. The lower of two segments is the error's index.
 ///
-/// Only called once it is known that there are some, to find the first: O(n log n) for segments
-/// of about equal length, O(n^2) at worst.
+/// @pre CheckArrays(domain).ok()
+/// @par Cost  O(n)
+[[nodiscard]] Status CheckSegment(const Domain& domain, std::int32_t segment);
+
+/// Looks through all segments for the lowest one that crosses or overlaps another, and then for
+/// the lowest point inside a segment.
+///
+/// Meant for points on one line; elsewhere O(n log n) for segments of about equal length, O(n^2) at
+/// worst.
 /// @pre CheckArrays(domain).ok()
 [[nodiscard]] Status CheckSegments(const Domain& domain);
 

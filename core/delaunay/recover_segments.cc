@@ -50,7 +50,9 @@ class SegmentRecovery {
     const TaggedEdge& a = edges_[at[0]];
     const TaggedEdge& b = edges_[at[1]];
     if (a.tag != b.tag || a.boundary != b.boundary) return false;
-    if (a.vertices[1] == b.vertices[1] || a.vertices[0] == b.vertices[0]) return false;
+    // The direction of a boundary says where the domain lies; that of a constraint says nothing.
+    const bool opposed = a.vertices[1] == b.vertices[1] || a.vertices[0] == b.vertices[0];
+    if (a.boundary && opposed) return false;
     const Vec2 p = plan_.positions[vertex.index()];
     const Vec2 u = p - plan_.positions[OtherEnd(at[0], vertex).index()];
     const Vec2 w = plan_.positions[OtherEnd(at[1], vertex).index()] - p;
@@ -62,23 +64,29 @@ class SegmentRecovery {
     return ends[0] == vertex ? ends[1] : ends[0];
   }
 
+  [[nodiscard]] std::size_t OtherEdge(VertexId vertex, std::size_t e) const {
+    const auto& at = at_vertex_[vertex.index()];
+    return at[0] == e ? at[1] : at[0];
+  }
+
   /// The run through an edge in its direction, as far as it passes both ways.
   [[nodiscard]] Run RunThrough(std::size_t e) const {
     std::size_t first = e;
-    while (Passes(edges_[first].vertices[0])) {
-      const auto& at = at_vertex_[edges_[first].vertices[0].index()];
-      first = at[0] == first ? at[1] : at[0];
-      if (first == e) break;  // No straight run is closed, but rounding may not know.
+    VertexId start = edges_[e].vertices[0];
+    while (Passes(start)) {
+      const std::size_t before = OtherEdge(start, first);
+      if (before == e) break;  // No straight run is closed, but rounding may not know.
+      first = before;
+      start = OtherEnd(first, start);
     }
     Run run;
-    run.vertices.push_back(edges_[first].vertices[0]);
+    run.vertices.push_back(start);
     for (std::size_t current = first;;) {
       run.edges.push_back(current);
-      const VertexId end = edges_[current].vertices[1];
+      const VertexId end = OtherEnd(current, run.vertices.back());
       run.vertices.push_back(end);
-      if (!Passes(end) || end == run.vertices.front()) return run;
-      const auto& at = at_vertex_[end.index()];
-      current = at[0] == current ? at[1] : at[0];
+      if (!Passes(end) || end == start) return run;
+      current = OtherEdge(end, current);
     }
   }
 
@@ -135,7 +143,7 @@ class SegmentRecovery {
       const VertexId end = run.vertices[k + 1];
       const double t_end = k + 1 == to ? 1 : Parameter(a, b, plan_.positions[end.index()]);
       const TaggedEdge& edge = edges_[run.edges[k]];
-      plan_.edges[run.edges[k]] = {edge.vertices, {t, t_end}, edge.tag, segment};
+      plan_.edges[run.edges[k]] = {{run.vertices[k], end}, {t, t_end}, edge.tag, segment};
       if (k + 1 < to) inner_[end.index()] = true;
       t = t_end;
     }

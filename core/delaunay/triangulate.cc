@@ -1,6 +1,8 @@
 #include "core/delaunay/triangulate.h"
 
 #include <cstddef>
+#include <cstdint>
+#include <optional>
 #include <utility>
 #include <vector>
 
@@ -13,8 +15,8 @@
 namespace pliant {
 namespace {
 
-/// Inserts all segments; false if one is blocked.
-bool InsertSegments(const Domain& domain, HullTriangulation& hull) {
+/// Inserts all segments, in their order. @return the first that is blocked
+std::optional<std::int32_t> InsertSegments(const Domain& domain, HullTriangulation& hull) {
   std::vector<std::int32_t> end_count(domain.points.size(), 0);
   for (const Segment& s : domain.segments) {
     ++end_count[static_cast<std::size_t>(s.a)];
@@ -28,11 +30,11 @@ bool InsertSegments(const Domain& domain, HullTriangulation& hull) {
     if (end_count[static_cast<std::size_t>(from)] > end_count[static_cast<std::size_t>(to)]) {
       std::swap(from, to);
     }
-    const Constrainer::Edge edge = {
-        .segment = static_cast<std::int32_t>(i), .from = from, .to = to};
-    if (constrainer.Insert(edge) == Constrainer::Outcome::kBlocked) return false;
+    const auto segment = static_cast<std::int32_t>(i);
+    const Constrainer::Edge edge = {.segment = segment, .from = from, .to = to};
+    if (constrainer.Insert(edge) == Constrainer::Outcome::kBlocked) return segment;
   }
-  return true;
+  return std::nullopt;
 }
 
 }  // namespace
@@ -44,9 +46,9 @@ Result<DomainTriangulation> TriangulateDomain(const Domain& domain) {
     PLIANT_RETURN_IF_ERROR(CheckSegments(domain));
     return NothingInsideError(domain);
   }
-  if (!InsertSegments(domain, hull)) {
-    const Status status = CheckSegments(domain);
-    PLIANT_CHECK(!status.ok(), "points", domain.points.size());
+  if (const auto blocked = InsertSegments(domain, hull)) {
+    const Status status = CheckSegment(domain, *blocked);
+    PLIANT_CHECK(!status.ok(), "points", domain.points.size(), "segment", *blocked);
     return status.error();
   }
   return KeepInside(domain, std::move(hull));

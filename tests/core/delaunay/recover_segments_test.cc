@@ -3,7 +3,10 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstdint>
+#include <utility>
 #include <vector>
 
 #include "tests/support/mesh_testing.h"
@@ -60,12 +63,26 @@ TEST(RecoverSegments, FixesWhereConstraintsBranch) {
   EXPECT_FALSE(made->mesh.vertex(VertexId(13)).fixed);
 }
 
-// A constraint whose edges were given in alternating directions is one line all the same, or its
-// inner vertices are fixed; either way the mesh is valid.
-TEST(RecoverSegments, TakesEdgesInAnyDirection) {
-  MeshData data = GridData(4, 4);
-  data.edges = {{10, 11}, {12, 11}, {12, 13}, {14, 13}};
-  EXPECT_EQ(Faults(ImportedMesh(data)->mesh), "");
+// A constraint whose edges were given in alternating directions is one line all the same, in the
+// direction of the edge that was given first.
+TEST(RecoverSegments, JoinsEdgesOfAnyDirection) {
+  const auto segments_of = [](std::vector<std::array<std::int32_t, 2>> edges) {
+    MeshData data = GridData(4, 4);
+    data.edges = std::move(edges);
+    const auto made = ImportedMesh(data);
+    EXPECT_EQ(Faults(made->mesh), "");
+    EXPECT_EQ(FixedVertices(made->mesh), (std::vector<int>{0, 4, 10, 14, 20, 24}));
+    std::vector<std::pair<int, int>> lines;
+    for (const SegmentRecord& segment : made->mesh.segments()) {
+      if (segment.a.value() + segment.b.value() != 24) continue;
+      lines.emplace_back(segment.a.value(), segment.b.value());
+    }
+    return lines;
+  };
+  using Lines = std::vector<std::pair<int, int>>;
+  EXPECT_EQ(segments_of({{10, 11}, {11, 12}, {12, 13}, {13, 14}}), (Lines{{10, 14}}));
+  EXPECT_EQ(segments_of({{10, 11}, {12, 11}, {12, 13}, {14, 13}}), (Lines{{10, 14}}));
+  EXPECT_EQ(segments_of({{12, 11}, {10, 11}, {12, 13}, {14, 13}}), (Lines{{14, 10}}));
 }
 
 /// A disc of `n` triangles around its center.

@@ -245,6 +245,25 @@ TEST(TriangulateDomain, RefusesBadDomainsPrecisely) {
   }
 }
 
+// Goal: naming what is wrong costs no more than finding out. Method: 60,000 spokes, each with a
+// bounding box that meets all the others; looking at all pairs would take minutes.
+TEST(TriangulateDomain, NamesACrossingAmongManySegmentsThatAllMeet) {
+  constexpr std::int32_t kSpokes = 60'000;
+  Domain domain;
+  domain.points.push_back({0, 0});
+  for (std::int32_t k = 1; k <= kSpokes; ++k) {
+    const double t = static_cast<double>(k) / (kSpokes + 1);
+    domain.points.push_back({(1 - t * t) / (1 + t * t), 2 * t / (1 + t * t)});
+    domain.segments.push_back({0, k, 0});
+  }
+  domain.segments.push_back({kSpokes - 2, kSpokes, 0});
+  const auto result = TriangulateDomain(domain);
+  ASSERT_FALSE(result.ok());
+  EXPECT_EQ(ErrorCodeName(result.error().code), ErrorCodeName(ErrorCode::kCrossingSegments));
+  EXPECT_EQ(result.error().index, kSpokes - 2);  // Spoke i ends at point i + 1.
+  EXPECT_EQ(result.error().other_index, kSpokes);
+}
+
 // Five kinds of difficult points: lattices with exact and with rounded coordinates, a cluster a few
 // ulps wide, points within rounding of a line, and a strip of 10^12 : 1.
 Vec2 DifficultPoint(std::uint64_t kind, Rng& rng) {
