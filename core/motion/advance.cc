@@ -43,14 +43,49 @@ Metric MeanOf(const Mesh& mesh, const TriangleRecord& triangle) {
                         mesh.metric(triangle.vertices[2]));
 }
 
+bool IsPoor(const Mesh& mesh, TriangleId id) {
+  const TriangleRecord& triangle = mesh.triangle(id);
+  const Metric metric = MeanOf(mesh, triangle);
+  const Vec2 a = mesh.position(triangle.vertices[0]);
+  const Vec2 ab = mesh.position(triangle.vertices[1]) - a;
+  const Vec2 ac = mesh.position(triangle.vertices[2]) - a;
+  const double lengths =
+      SquaredLength(metric, ab) + SquaredLength(metric, ac) + SquaredLength(metric, ac - ab);
+  // 4 sqrt(3) area / sum of squared lengths.
+  return 3.4641016151377544 * Cross(ab, ac) * std::sqrt(Determinant(metric)) <
+         kPoorQuality * lengths;
+}
+
 }  // namespace
+
+template <class Visit>
+void Advance::ForEachTriangleAt(VertexId vertex, Visit visit) {
+  if (mesh_.vertex(vertex).pinched) {
+    for (const TriangleId fan : FansOf(mesh_, vertex)) {
+      star_.Gather(mesh_, vertex, fan);
+      for (const TriangleId id : star_.triangles()) visit(id);
+    }
+    return;
+  }
+  const TriangleId start = mesh_.FanStart(vertex, mesh_.vertex(vertex).triangle);
+  TriangleId id = start;
+  do {
+    visit(id);
+    const int corner = mesh_.CornerOf(id, vertex);
+    id = mesh_.triangle(id).neighbors[static_cast<std::size_t>(NextCorner(corner))];
+  } while (id.valid() && id != start);
+}
 
 Advance::Advance(MeshEdit& edit, const MotionPlan& plan, Observer observer)
     : edit_(edit), mesh_(edit.mesh()), plan_(plan), observer_(std::move(observer)), flipper_(edit) {
   for (const Mover& mover : plan.movers()) moving_.push_back(mover.vertex);
   for (const Rider& rider : plan.riders()) moving_.push_back(rider.vertex);
-  for (std::size_t i = 0; i < moving_.size(); ++i) place_of_.emplace(moving_[i].value(), i);
+  place_of_.Reserve(moving_.size());
+  for (std::size_t i = 0; i < moving_.size(); ++i) {
+    place_of_.Add(moving_[i], static_cast<std::int32_t>(i));
+  }
   before_.resize(moving_.size());
+  near_stamp_.assign(moving_.size(), 0);
   in_front_.assign(moving_.size(), false);
   report_.moved_count = static_cast<std::int64_t>(moving_.size());
   FindFront();
@@ -60,21 +95,27 @@ double Advance::RunTo(double limit) {
   double at = 0;
   double step = limit;
   bool low_allowed = false;
+  int accepted_in_a_row = 0;
   while (at < limit) {
     const double target = std::min(limit, at + step);
-    PlaceAll(target);
+    PlaceNear(target);
+    CheckFront();
     // Vertices that move alike keep their triangles, but for rounding: looked at once, at the end.
-    Check(target == limit ? Scope::kAll : Scope::kFront);
-    const bool flips =
-        std::any_of(spoiled_.begin(), spoiled_.end(), [](const Spoiled& s) { return s.flipped; });
-    if (!flips && (spoiled_.empty() || low_allowed)) {
+    if (target == limit && !flips()) {
+      PlaceRest(target);
+      CheckRest();
+    }
+    const bool turned_over = flips();
+    if (!turned_over && (spoiled_.empty() || low_allowed)) {
       Accept(target);
       at = target;
-      step *= 2;
+      // Not at every turn: half of all tries would be too long.
+      if (++accepted_in_a_row >= 3) step *= 2;
       low_allowed = false;
       continue;
     }
     ++report_.rejected_count;
+    accepted_in_a_row = 0;
     TakeBack();
     double longest = 0;
     for (const Spoiled& s : spoiled_) longest = std::max(longest, s.step);
@@ -83,7 +124,7 @@ double Advance::RunTo(double limit) {
       continue;
     }
     if (MakeRoom(target)) continue;
-    if (!flips) {
+    if (!turned_over) {
       low_allowed = true;  // Nothing can be done about low triangles that still are positive.
       continue;
     }
@@ -127,28 +168,31 @@ std::vector<VertexId> Advance::Disturbed() const {
 
 bool Advance::IsFree(VertexId vertex) const {
   if (mesh_.vertex(vertex).fixed) return false;
-  const auto place = place_of_.find(vertex.value());
-  if (place == place_of_.end()) return true;
+  const std::int32_t known = place_of_.At(vertex);
+  if (known == PlaceMap::kNone) return true;
+  const auto place = static_cast<std::size_t>(known);
   const std::size_t mover_count = plan_.movers().size();
-  return place->second < mover_count ? !plan_.movers()[place->second].given
-                                     : !plan_.riders()[place->second - mover_count].given;
+  return place < mover_count ? !plan_.movers()[place].given
+                             : !plan_.riders()[place - mover_count].given;
 }
 
 std::int32_t Advance::GroupOf(VertexId vertex) const {
-  const auto place = place_of_.find(vertex.value());
-  if (place == place_of_.end()) return kStill;
-  if (place->second < plan_.movers().size()) return plan_.movers()[place->second].shape;
-  const Rider& rider = plan_.riders()[place->second - plan_.movers().size()];
+  const std::int32_t known = place_of_.At(vertex);
+  if (known == PlaceMap::kNone) return kStill;
+  const auto place = static_cast<std::size_t>(known);
+  if (place < plan_.movers().size()) return plan_.movers()[place].shape;
+  const Rider& rider = plan_.riders()[place - plan_.movers().size()];
   const SegmentRecord& segment = mesh_.segments()[static_cast<std::size_t>(rider.segment)];
   const std::int32_t a = GroupOf(segment.a);
   return a >= 0 && a == GroupOf(segment.b) ? a : kAlone;
 }
 
 Vec2 Advance::PositionAt(VertexId vertex, double s) const {
-  const auto place = place_of_.find(vertex.value());
-  if (place == place_of_.end()) return mesh_.position(vertex);
-  if (place->second < plan_.movers().size()) return plan_.At(plan_.movers()[place->second], s);
-  const Rider& rider = plan_.riders()[place->second - plan_.movers().size()];
+  const std::int32_t known = place_of_.At(vertex);
+  if (known == PlaceMap::kNone) return mesh_.position(vertex);
+  const auto place = static_cast<std::size_t>(known);
+  if (place < plan_.movers().size()) return plan_.At(plan_.movers()[place], s);
+  const Rider& rider = plan_.riders()[place - plan_.movers().size()];
   const SegmentRecord& segment = mesh_.segments()[static_cast<std::size_t>(rider.segment)];
   const Vec2 a = PositionAt(segment.a, s);
   return a + MotionPlan::ParameterAt(rider, s) * (PositionAt(segment.b, s) - a);
@@ -168,85 +212,50 @@ void Advance::FindFront() {
 }
 
 void Advance::JoinFront(VertexId vertex) {
-  const auto place = place_of_.find(vertex.value());
-  if (place == place_of_.end() || in_front_[place->second]) return;
-  in_front_[place->second] = true;
+  const std::int32_t place = place_of_.At(vertex);
+  if (place == PlaceMap::kNone || in_front_[static_cast<std::size_t>(place)]) return;
+  in_front_[static_cast<std::size_t>(place)] = true;
   front_.push_back(vertex);
 }
 
-void Advance::PlaceAll(double s) {
-  for (std::size_t i = 0; i < moving_.size(); ++i) {
-    const VertexId vertex = moving_[i];
-    if (!mesh_.IsLive(vertex)) continue;
-    before_[i] = mesh_.position(vertex);
-    if (i < plan_.movers().size()) {
-      edit_.PlaceVertex(vertex, plan_.At(plan_.movers()[i], s));
-    } else {
-      PlaceRider(plan_.riders()[i - plan_.movers().size()], s);
-    }
-  }
+bool Advance::flips() const {
+  return std::any_of(spoiled_.begin(), spoiled_.end(),
+                     [](const Spoiled& spoiled) { return spoiled.flipped; });
 }
 
-void Advance::PlaceRider(const Rider& rider, double s) {
-  const double t = MotionPlan::ParameterAt(rider, s);
-  if (rider.t_end != rider.t) edit_.SetParameter(rider.vertex, t);
-  edit_.PlaceVertex(rider.vertex,
-                    s == 1 && rider.given ? rider.to : mesh_.PointOnSegment(rider.segment, t));
-}
-
-void Advance::TakeBack() {
-  for (std::size_t i = 0; i < moving_.size(); ++i) {
-    if (!mesh_.IsLive(moving_[i])) continue;
-    edit_.PlaceVertex(moving_[i], before_[i]);
-    if (i < plan_.movers().size()) continue;
-    const Rider& rider = plan_.riders()[i - plan_.movers().size()];
-    if (rider.t_end != rider.t) {
-      edit_.SetParameter(rider.vertex, MotionPlan::ParameterAt(rider, time_));
-    }
-  }
-}
-
-void Advance::Check(Scope scope) {
+void Advance::CheckFront() {
   spoiled_.clear();
   poor_.clear();
-  for (const VertexId vertex : scope == Scope::kAll ? moving_ : front_) {
+  for (const VertexId vertex : front_) {
     if (!mesh_.IsLive(vertex)) continue;
-    const TriangleId first = mesh_.vertex(vertex).triangle;
-    if (mesh_.vertex(vertex).pinched) {
-      for (const TriangleId fan : FansOf(mesh_, vertex)) {
-        star_.Gather(mesh_, vertex, fan);
-        for (const TriangleId id : star_.triangles()) CheckTriangle(id);
-      }
-      continue;
-    }
-    const TriangleId start = mesh_.FanStart(vertex, first);
-    TriangleId id = start;
     bool poor = false;
-    do {
+    ForEachTriangleAt(vertex, [&](TriangleId id) {
       CheckTriangle(id);
-      const TriangleRecord& triangle = mesh_.triangle(id);
-      const int corner = mesh_.CornerOf(id, vertex);
-      if (!poor) {
-        const Metric metric = MeanOf(mesh_, triangle);
-        const Vec2 a = mesh_.position(triangle.vertices[0]);
-        const Vec2 ab = mesh_.position(triangle.vertices[1]) - a;
-        const Vec2 ac = mesh_.position(triangle.vertices[2]) - a;
-        const double lengths =
-            SquaredLength(metric, ab) + SquaredLength(metric, ac) + SquaredLength(metric, ac - ab);
-        // 4 sqrt(3) area / sum of squared lengths.
-        poor = 3.4641016151377544 * Cross(ab, ac) * std::sqrt(Determinant(metric)) <
-               kPoorQuality * lengths;
-      }
-      id = triangle.neighbors[static_cast<std::size_t>(NextCorner(corner))];
-    } while (id.valid() && id != start);
+      poor = poor || IsPoor(mesh_, id);
+    });
     if (poor) poor_.push_back(vertex);
   }
-  std::sort(spoiled_.begin(), spoiled_.end(),
-            [](const Spoiled& a, const Spoiled& b) { return a.triangle < b.triangle; });
-  spoiled_.erase(
-      std::unique(spoiled_.begin(), spoiled_.end(),
-                  [](const Spoiled& a, const Spoiled& b) { return a.triangle == b.triangle; }),
-      spoiled_.end());
+  SortSpoiled();
+}
+
+void Advance::CheckRest() {
+  for (std::size_t place = 0; place < moving_.size(); ++place) {
+    if (in_front_[place] || !mesh_.IsLive(moving_[place])) continue;
+    ForEachTriangleAt(moving_[place], [&](TriangleId id) {
+      const auto& v = mesh_.triangle(id).vertices;
+      if (Orient2d(mesh_.position(v[0]), mesh_.position(v[1]), mesh_.position(v[2])) <= 0) {
+        spoiled_.push_back({id, 0, true});
+      }
+    });
+  }
+  SortSpoiled();
+}
+
+void Advance::SortSpoiled() {
+  const auto before = [](const Spoiled& a, const Spoiled& b) { return a.triangle < b.triangle; };
+  const auto same = [](const Spoiled& a, const Spoiled& b) { return a.triangle == b.triangle; };
+  std::sort(spoiled_.begin(), spoiled_.end(), before);
+  spoiled_.erase(std::unique(spoiled_.begin(), spoiled_.end(), same), spoiled_.end());
 }
 
 void Advance::CheckTriangle(TriangleId id) {
@@ -281,8 +290,9 @@ double Advance::Height(const TriangleRecord& triangle, When when) const {
 }
 
 Vec2 Advance::PositionBefore(VertexId vertex) const {
-  const auto place = place_of_.find(vertex.value());
-  return place == place_of_.end() ? mesh_.position(vertex) : before_[place->second];
+  const std::int32_t place = place_of_.At(vertex);
+  const bool moved = place != PlaceMap::kNone && IsNear(static_cast<std::size_t>(place));
+  return moved ? before_[static_cast<std::size_t>(place)] : mesh_.position(vertex);
 }
 
 bool Advance::MakeRoom(double s) {
@@ -310,8 +320,8 @@ bool Advance::RemoveOne(TriangleId id) {
   for (std::size_t k = 0; k < 3; ++k) {
     const VertexId vertex = triangle.vertices[k];
     if (!IsFree(vertex)) continue;
-    const int rank =
-        (mesh_.vertex(vertex).edge.valid() ? 2 : 0) + (place_of_.contains(vertex.value()) ? 1 : 0);
+    const int rank = (mesh_.vertex(vertex).edge.valid() ? 2 : 0) +
+                     (place_of_.At(vertex) != PlaceMap::kNone ? 1 : 0);
     const Vec2 p = mesh_.position(vertex);
     const double nearest =
         std::min(SquaredLength(metric, mesh_.position(triangle.vertices[(k + 1) % 3]) - p),
@@ -367,6 +377,7 @@ bool Advance::SwapOne(TriangleId id, double s) {
 void Advance::Accept(double s) {
   ++report_.sub_step_count;
   time_ = s;
+  PlaceRest(s);
   SwapPoor();
   if (observer_) observer_(s);
 }
@@ -390,8 +401,10 @@ void Advance::SwapPoor() {
 }
 
 bool Advance::Retriangulate(double s) {
-  PlaceAll(s);
-  Check(Scope::kAll);
+  PlaceNear(s);
+  CheckFront();
+  PlaceRest(s);
+  CheckRest();
   std::vector<TriangleId> cavity;
   for (const Spoiled& one : spoiled_) {
     if (one.flipped) cavity.push_back(one.triangle);

@@ -3,7 +3,6 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
-#include <unordered_map>
 #include <vector>
 
 #include "core/base/ids.h"
@@ -12,6 +11,7 @@
 #include "core/mesh/mesh_edit.h"
 #include "core/mesh/star.h"
 #include "core/motion/motion.h"
+#include "core/motion/place_map.h"
 #include "core/motion/plan.h"
 
 namespace pliant {
@@ -54,7 +54,6 @@ class Advance {
     double step = 0;  ///< Longest metric length that a corner of it was to go.
     bool flipped = false;
   };
-  enum class Scope { kFront, kAll };
   enum class When { kBefore, kNow };
 
   [[nodiscard]] bool IsFree(VertexId vertex) const;
@@ -62,10 +61,20 @@ class Advance {
   [[nodiscard]] Vec2 PositionAt(VertexId vertex, double s) const;
   void FindFront();
   void JoinFront(VertexId vertex);
-  void PlaceAll(double s);
+  void GatherNear();
+  void Place(std::size_t place, double s);
+  void PlaceNear(double s);
+  void PlaceRest(double s);
   void PlaceRider(const Rider& rider, double s);
   void TakeBack();
-  void Check(Scope scope);
+  [[nodiscard]] bool IsNear(std::size_t place) const { return near_stamp_[place] == stamp_; }
+  [[nodiscard]] bool flips() const;
+  void CheckFront();
+  /// Looks for triangles of the others that rounding has turned over.
+  void CheckRest();
+  void SortSpoiled();
+  template <class Visit>
+  void ForEachTriangleAt(VertexId vertex, Visit visit);
   void CheckTriangle(TriangleId id);
   [[nodiscard]] double Height(const TriangleRecord& triangle, When when) const;
   [[nodiscard]] Vec2 PositionBefore(VertexId vertex) const;
@@ -90,9 +99,14 @@ class Advance {
 
   std::vector<VertexId> moving_;  ///< Movers, then riders, in the plan's order.
   std::vector<Vec2> before_;      ///< Their positions before the last try.
-  std::unordered_map<std::int32_t, std::size_t> place_of_;  ///< In moving_, by slot.
-  std::vector<VertexId> front_;  ///< Those with a neighbour that does not move alike.
-  std::vector<bool> in_front_;   ///< By place.
+  PlaceMap place_of_;             ///< In moving_.
+  std::vector<VertexId> front_;   ///< Those with a neighbour that does not move alike.
+  std::vector<bool> in_front_;    ///< By place.
+  /// Places of the front and its neighbours: those that a try moves. The rest follows when it is
+  /// accepted, and counts as near from then on until the next try.
+  std::vector<std::size_t> near_;
+  std::vector<std::uint32_t> near_stamp_;  ///< By place: equal to stamp_ if in near_.
+  std::uint32_t stamp_ = 0;
   std::vector<Spoiled> spoiled_;
   std::vector<VertexId> poor_;  ///< Front vertices with a triangle of low quality.
   std::vector<VertexId> disturbed_;

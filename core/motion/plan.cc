@@ -13,6 +13,7 @@
 #include "core/base/check.h"
 #include "core/mesh/star.h"
 #include "core/metric/math_functions.h"
+#include "core/motion/place_map.h"
 
 namespace pliant {
 namespace {
@@ -273,29 +274,46 @@ void MotionPlan::FindRiders(const Mesh& mesh) {
 void MotionPlan::AddFollowers(const Mesh& mesh) {
   if (request_.follow_length == 0) return;
   // Dijkstra over the edges: every follower moves like the mover that is nearest to it.
+  struct Reached {
+    double distance = 0;
+    bool done = false;
+  };
   using Entry = std::tuple<double, VertexId, std::size_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
-  std::unordered_set<std::int32_t> done;
+  std::vector<Reached> reached;
+  PlaceMap place_of;
+  const auto reach = [&](double distance, VertexId vertex, std::size_t source) {
+    if (place_of.Add(vertex, static_cast<std::int32_t>(reached.size()))) {
+      reached.push_back({distance, false});
+    } else {
+      Reached& known = reached[static_cast<std::size_t>(place_of.At(vertex))];
+      if (known.done || known.distance <= distance) return;
+      known.distance = distance;
+    }
+    queue.emplace(distance, vertex, source);
+  };
   for (std::size_t i = 0; i < movers_.size(); ++i) {
     const VertexId vertex = movers_[i].vertex;
-    if (mesh.vertex(vertex).edge.valid()) {
-      queue.emplace(0, vertex, i);
-    } else {
-      done.insert(vertex.value());
+    reach(0, vertex, i);
+    if (!mesh.vertex(vertex).edge.valid()) {
+      reached[static_cast<std::size_t>(place_of.At(vertex))].done = true;  // Leads nobody.
     }
   }
   for (const Rider& rider : riders_) {
     const SegmentRecord& segment = mesh.segments()[static_cast<std::size_t>(rider.segment)];
     const auto a = mover_of_.find(segment.a.value());
     // A segment of which one end stays leads nobody: it stretches.
-    if (a != mover_of_.end() && mover_of_.contains(segment.b.value()))
-      queue.emplace(0, rider.vertex, a->second);
+    if (a != mover_of_.end() && mover_of_.contains(segment.b.value())) {
+      reach(0, rider.vertex, a->second);
+    }
   }
   Star star;
   while (!queue.empty()) {
     const auto [distance, vertex, source] = queue.top();
     queue.pop();
-    if (!done.insert(vertex.value()).second) continue;
+    Reached& here = reached[static_cast<std::size_t>(place_of.At(vertex))];
+    if (here.done) continue;
+    here.done = true;
     const VertexRecord& record = mesh.vertex(vertex);
     if (distance > 0) {
       // What lies behind another wall does not belong to the layer.
@@ -307,11 +325,9 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
     for (const TriangleId fan : FansOf(mesh, vertex)) {
       star.Gather(mesh, vertex, fan);
       for (const VertexId neighbor : star.ring()) {
-        const double reach = distance + Distance(record.position, record.metric,
-                                                 mesh.position(neighbor), mesh.metric(neighbor));
-        if (reach <= request_.follow_length && !done.contains(neighbor.value())) {
-          queue.emplace(reach, neighbor, source);
-        }
+        const double next = distance + Distance(record.position, record.metric,
+                                                mesh.position(neighbor), mesh.metric(neighbor));
+        if (next <= request_.follow_length) reach(next, neighbor, source);
       }
     }
   }
@@ -339,9 +355,18 @@ MotionPlan::Map MotionPlan::MapOf(const PathShape& shape, double s) {
   return map;
 }
 
+const MotionPlan::Map& MotionPlan::MapAt(std::int32_t shape, double s) const {
+  if (s != cached_time_) {
+    cached_maps_.clear();
+    for (const TagMotion& motion : request_.tags) cached_maps_.push_back(MapOf(motion.shape, s));
+    cached_time_ = s;
+  }
+  return cached_maps_[static_cast<std::size_t>(shape)];
+}
+
 Metric MotionPlan::Carried(const Mover& mover, const Metric& metric, double s) const {
   if (mover.shape == Mover::kStraight) return metric;
-  const Map map = MapOf(request_.tags[static_cast<std::size_t>(mover.shape)].shape, s);
+  const Map& map = MapAt(mover.shape, s);
   // An edge e becomes F e, and keeps its length in F^-T M F^-1.
   const double determinant = Cross(map.column_x, map.column_y);
   if (!(determinant > 0)) return metric;
@@ -357,12 +382,7 @@ Vec2 MotionPlan::At(const Mover& mover, double s) const {
   if (mover.shape == Mover::kStraight) {
     return s == 1 ? mover.to : mover.from + s * (mover.to - mover.from);
   }
-  if (s != cached_time_) {
-    cached_maps_.clear();
-    for (const TagMotion& motion : request_.tags) cached_maps_.push_back(MapOf(motion.shape, s));
-    cached_time_ = s;
-  }
-  const Map& map = cached_maps_[static_cast<std::size_t>(mover.shape)];
+  const Map& map = MapAt(mover.shape, s);
   if (map.column_x == Vec2{1, 0} && map.column_y == Vec2{0, 1}) return mover.from + map.shift;
   const Vec2 arm = mover.from - map.center;
   return map.center + arm.x * map.column_x + arm.y * map.column_y + map.shift;

@@ -104,6 +104,7 @@ class MotionPlan {
   void ChooseCuts(const Mesh& mesh);
   [[nodiscard]] bool StaysStraight(const Mesh& mesh, std::int32_t segment) const;
   [[nodiscard]] Vec2 EndOf(const Mesh& mesh, VertexId vertex) const;
+  [[nodiscard]] const Map& MapAt(std::int32_t shape, double s) const;
   [[nodiscard]] static Map MapOf(const PathShape& shape, double s);
 
   MotionRequest request_;

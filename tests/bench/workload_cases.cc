@@ -150,15 +150,70 @@ MetricSpec FrontFormulas(const FrontShape& front, double scale) {
                                      .m22 = s + "(1+" + excess + "*" + gp + "^2)"}};
 }
 
+/// A layer around an ellipse: the size grows with the distance from it, and is up to four times
+/// smaller across than along.
+struct LayerMetric {
+  Vec2 radii;
+  Vec2 center;
+  Vec2 axis;  // Unit vector along the first radius.
+  double scale = 1;
+
+  Metric operator()(Vec2 p) const {
+    const Vec2 arm = p - center;
+    const double u = Dot(arm, axis);
+    const double v = Cross(axis, arm);
+    const double level = Length({u / radii.x, v / radii.y});
+    const Vec2 slope{u / (radii.x * radii.x), v / (radii.y * radii.y)};
+    const double steepness = std::max(1e-12, Length(slope));
+    const double distance = std::max(0.0, level * (level - 1) / steepness);
+    const double along = 0.02 + 0.15 * distance;
+    const double across = along / (1 + 3 * Exp(-distance / 0.05));
+    const Vec2 normal = steepness < 1e-9 ? Vec2{1, 0} : (1 / steepness) * slope;
+    const Vec2 n{normal.x * axis.x - normal.y * axis.y, normal.x * axis.y + normal.y * axis.x};
+    const double low = 1 / (along * along);
+    const double excess = 1 / (across * across) - low;
+    return scale * Metric{low + excess * n.x * n.x, excess * n.x * n.y, low + excess * n.y * n.y};
+  }
+};
+
+BenchCase MakeBody(const CaseRequest& request) {
+  // One over the integral of sqrt(det M) at scale 1, times sqrt(3) / 2, where the body starts.
+  constexpr double kHoleScale = 1.57111598e-3;
+  constexpr double kFlapScale = 1.01226050e-3;
+  constexpr int kPointCount = 256;
+  const bool hole = request.name == "G-hole";
+  static const auto* sine = FindMathFunction("sin");
+  static const auto* cosine = FindMathFunction("cos");
+  const double turn = request.turn_degrees * kPi / 180;
+  LayerMetric metric{hole ? Vec2{0.1, 0.1} : Vec2{0.25, 0.05},
+                     {0.4 + request.shift, 0.5},
+                     {cosine->unary(turn), sine->unary(turn)},
+                     (hole ? kHoleScale : kFlapScale) * request.node_count};
+  Domain domain = testing::Rectangle({0, 0}, {1, 1});
+  const auto first = static_cast<std::int32_t>(domain.points.size());
+  for (std::int32_t i = 0; i < kPointCount; ++i) {
+    const double t = 2 * kPi * i / kPointCount;
+    const Vec2 p{metric.radii.x * cosine->unary(t), metric.radii.y * sine->unary(t)};
+    domain.points.push_back(metric.center + p.x * metric.axis +
+                            p.y * Vec2{-metric.axis.y, metric.axis.x});
+    domain.segments.push_back({first + i, first + (i + 1) % kPointCount, kBodyTag});
+  }
+  domain.holes.push_back(metric.center);
+  return {std::move(domain), [metric]() -> std::unique_ptr<MetricField> {
+            return std::make_unique<FunctionField<LayerMetric>>(metric);
+          }};
+}
+
 }  // namespace
 
 Result<BenchCase> MakeCase(const CaseRequest& request) {
   if (request.name == "D") return MakeLetters(request);
+  if (request.name == "G-hole" || request.name == "G-flap") return MakeBody(request);
   constexpr std::array kNames = {"A", "B", "C", "C1000", "E", "F", "F-on"};
   if (std::find(kNames.begin(), kNames.end(), request.name) == kNames.end()) {
     return Error{.code = ErrorCode::kOutOfRange,
                  .message = "There is no case '" + request.name +
-                            "'; there are A, B, C, C1000, D, E, F and F-on.",
+                            "'; there are A, B, C, C1000, D, E, F, F-on, G-hole and G-flap.",
                  .field = "case"};
   }
   return BenchCase{SupportCase(request).domain,

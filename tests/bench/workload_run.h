@@ -18,9 +18,10 @@ struct Request {
   CaseRequest instance;
   Options options;
   MetricForm form = MetricForm::kAnalytic;
-  std::string update;           ///< "", "disc", "bump", "same" or "front".
+  std::string update;           ///< "", "disc", "bump", "same", "front" or "body".
   std::int64_t changed = 1000;  ///< "bump": nodes under the bump.
-  std::int64_t steps = 50;      ///< "front": steps of 1/50 of the domain.
+  std::int64_t steps = 50;      ///< "front": steps of 1/50 of the domain; "body": steps.
+  double follow = 4;            ///< "body": MotionRequest::follow_length.
   int thread_count = 1;         ///< Threads that work on the mesh.
   int repeat = 3;               ///< Runs of everything that is timed.
   std::string mesh_path;        ///< Where to write the (last) mesh; empty: nowhere.

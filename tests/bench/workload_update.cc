@@ -7,6 +7,7 @@
 #include "client/io/file.h"
 #include "client/io/medit.h"
 #include "core/mesh/export_mesh.h"
+#include "core/motion/move.h"
 #include "tests/bench/workload_run.h"
 
 namespace pliant::bench {
@@ -208,6 +209,73 @@ Result<nlohmann::json> RunFront(Remesher& remesher, const Request& request) {
   return report;
 }
 
+/// How far a mesh's body edges lie off the body: middles of edges, in domain units.
+double BoundaryError(const Mesh& mesh, const Domain& domain) {
+  double worst = 0;
+  for (std::int32_t e = 0; e < mesh.edge_slots(); ++e) {
+    const EdgeRecord& edge = mesh.edge(EdgeId(e));
+    if (!edge.live || edge.tag != kBodyTag) continue;
+    const Vec2 middle = 0.5 * (mesh.position(edge.vertices[0]) + mesh.position(edge.vertices[1]));
+    double nearest = 1;
+    for (const Segment& segment : domain.segments) {
+      const Vec2 a = domain.points[static_cast<std::size_t>(segment.a)];
+      const Vec2 along = domain.points[static_cast<std::size_t>(segment.b)] - a;
+      const double t = std::clamp(Dot(middle - a, along) / Dot(along, along), 0.0, 1.0);
+      nearest = std::min(nearest, Length(middle - (a + t * along)));
+    }
+    worst = std::max(worst, nearest);
+  }
+  return worst;
+}
+
+/// Case G: the body moves, by 0.1 to the right and back, or by 10 degrees, and its layer with it.
+Result<nlohmann::json> RunBody(Remesher& remesher, const Request& request) {
+  std::vector<Update> updates;
+  CaseRequest moving = request.instance;
+  nlohmann::json quality;
+  double q_min = 1;
+  double q_mean = 0;
+  double share = 0;
+  double off = 0;
+  double removed = 0;
+  double sub_steps = 0;
+  for (std::int64_t step = 0; step < request.steps; ++step) {
+    MotionRequest motion;
+    motion.follow_length = request.follow;
+    if (request.instance.name == "G-flap") {
+      moving.turn_degrees += 10;
+      motion.tags = {{{kBodyTag}, Rotation{{0.4, 0.5}, 10 * 3.14159265358979323846 / 180}}};
+    } else {
+      const double by = step % 6 < 3 ? 0.1 : -0.1;
+      moving.shift += by;
+      motion.tags = {{{kBodyTag}, Translation{{by, 0}}}};
+    }
+    PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(moving));
+    PLIANT_ASSIGN_OR_RETURN(Update update, RunOne(remesher, [&]() -> Status {
+                              PLIANT_ASSIGN_OR_RETURN(const MotionReport report,
+                                                      MoveVertices(remesher, motion));
+                              removed += static_cast<double>(report.removed_count);
+                              sub_steps += static_cast<double>(report.sub_step_count);
+                              return remesher.SetField(instance.field());
+                            }));
+    updates.push_back(std::move(update));
+    quality = QualityOf(remesher.mesh(), *instance.field());
+    q_min = std::min(q_min, quality["q_min"].get<double>());
+    q_mean += quality["q_mean"].get<double>();
+    share += quality["integrated_125"].get<double>();
+    off = std::max(off, BoundaryError(remesher.mesh(), instance.domain));
+  }
+  const auto steps = static_cast<double>(request.steps);
+  return nlohmann::json{{"steps", JsonOf(updates)},
+                        {"q_mean_of_steps", q_mean / steps},
+                        {"q_min_of_steps", q_min},
+                        {"integrated_125_of_steps", share / steps},
+                        {"boundary_error", off},
+                        {"removed_per_step", removed / steps},
+                        {"sub_steps_per_step", sub_steps / steps},
+                        {"quality_last", quality}};
+}
+
 }  // namespace
 
 Result<nlohmann::json> RunUpdate(const Request& request) {
@@ -215,14 +283,15 @@ Result<nlohmann::json> RunUpdate(const Request& request) {
   PLIANT_ASSIGN_OR_RETURN(const Built built, Build(instance, request));
   nlohmann::json report{{"nodes", built.remesher->mesh().vertex_count()},
                         {"build", bench::JsonOf(std::vector{built.duration})}};
-  Result<nlohmann::json> result = Error{
-      .code = ErrorCode::kOutOfRange,
-      .message = "There is no update '" + request.update + "'; there are disc, bump, same, front.",
-      .field = "update"};
+  Result<nlohmann::json> result = Error{.code = ErrorCode::kOutOfRange,
+                                        .message = "There is no update '" + request.update +
+                                                   "'; there are disc, bump, same, front, body.",
+                                        .field = "update"};
   if (request.update == "disc") result = RunDisc(*built.remesher, request);
   if (request.update == "bump") result = RunBump(*built.remesher, request);
   if (request.update == "same") result = RunSame(*built.remesher, request);
   if (request.update == "front") result = RunFront(*built.remesher, request);
+  if (request.update == "body") result = RunBody(*built.remesher, request);
   PLIANT_RETURN_IF_ERROR(result);
   report[request.update] = *result;
   report["nodes_after"] = built.remesher->mesh().vertex_count();

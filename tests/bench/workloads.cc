@@ -52,10 +52,13 @@ int main(int argc, char** argv) {
   app.add_option("--front", request.instance.front, "case E: where the front starts");
   app.add_option("--variant", variant)->check(CLI::IsMember(kVariants));
   app.add_option("--metric", metric)->check(CLI::IsMember(kForms));
-  app.add_option("--update", request.update, "disc, bump, same or front; default: only the build");
+  app.add_option("--update", request.update,
+                 "disc, bump, same, front or body; default: only the build");
   app.add_option("--changed", request.changed, "bump: nodes under it")
       ->check(CLI::Range(2, 1 << 30));
-  app.add_option("--steps", request.steps, "front: number of steps")->check(CLI::PositiveNumber);
+  app.add_option("--follow", request.follow, "body: nodes within so many lengths go with it");
+  app.add_option("--steps", request.steps, "front, body: number of steps")
+      ->check(CLI::PositiveNumber);
   app.add_option("--threads", request.thread_count, "threads that work on the mesh")
       ->check(CLI::Range(1, 1024));
   app.add_option("--repeat", request.repeat)->check(CLI::PositiveNumber);

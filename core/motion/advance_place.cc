@@ -1,0 +1,75 @@
+// Advance, the part that puts vertices where they are at a time.
+
+#include <algorithm>
+
+#include "core/motion/advance.h"
+
+namespace pliant {
+
+void Advance::GatherNear() {
+  ++stamp_;
+  near_.clear();
+  const auto add = [&](VertexId vertex) {
+    const std::int32_t known = place_of_.At(vertex);
+    if (known == PlaceMap::kNone) return;
+    const auto place = static_cast<std::size_t>(known);
+    if (IsNear(place)) return;
+    near_stamp_[place] = stamp_;
+    near_.push_back(place);
+  };
+  for (const VertexId vertex : front_) {
+    if (!mesh_.IsLive(vertex)) continue;
+    add(vertex);
+    for (const TriangleId fan : FansOf(mesh_, vertex)) {
+      star_.Gather(mesh_, vertex, fan);
+      for (const VertexId neighbor : star_.ring()) add(neighbor);
+    }
+  }
+  // The ends of a segment before those that ride on it: movers have the lower places.
+  std::sort(near_.begin(), near_.end());
+}
+
+void Advance::Place(std::size_t place, double s) {
+  const VertexId vertex = moving_[place];
+  if (!mesh_.IsLive(vertex)) return;
+  before_[place] = mesh_.position(vertex);
+  if (place < plan_.movers().size()) {
+    edit_.PlaceVertex(vertex, plan_.At(plan_.movers()[place], s));
+  } else {
+    PlaceRider(plan_.riders()[place - plan_.movers().size()], s);
+  }
+}
+
+void Advance::PlaceNear(double s) {
+  GatherNear();
+  for (const std::size_t place : near_) Place(place, s);
+}
+
+void Advance::PlaceRest(double s) {
+  for (std::size_t place = 0; place < moving_.size(); ++place) {
+    if (IsNear(place)) continue;
+    near_stamp_[place] = stamp_;
+    near_.push_back(place);
+    Place(place, s);
+  }
+}
+
+void Advance::PlaceRider(const Rider& rider, double s) {
+  const double t = MotionPlan::ParameterAt(rider, s);
+  if (rider.t_end != rider.t) edit_.SetParameter(rider.vertex, t);
+  edit_.PlaceVertex(rider.vertex, s == 1 && rider.given ? rider.to : PositionAt(rider.vertex, s));
+}
+
+void Advance::TakeBack() {
+  for (const std::size_t place : near_) {
+    if (!mesh_.IsLive(moving_[place])) continue;
+    edit_.PlaceVertex(moving_[place], before_[place]);
+    if (place < plan_.movers().size()) continue;
+    const Rider& rider = plan_.riders()[place - plan_.movers().size()];
+    if (rider.t_end != rider.t) {
+      edit_.SetParameter(rider.vertex, MotionPlan::ParameterAt(rider, time_));
+    }
+  }
+}
+
+}  // namespace pliant
