@@ -1,6 +1,10 @@
 #include "core/mesh/mesh_diff.h"
 
 #include <bit>
+#include <cstddef>
+#include <numeric>
+
+#include "core/mesh/close_gaps.h"
 
 namespace pliant {
 namespace {
@@ -61,28 +65,75 @@ std::array<VertexId, 3> CanonicalTriangle(const std::array<VertexId, 3>& v) {
   return v;
 }
 
+namespace {
+
+/// Calls function(slot, place) for the live slots, place counting them from 0, and adds up what it
+/// returns.
+template <class IsLive, class Function>
+std::uint64_t SumOverLive(std::int32_t slot_count, const IsLive& is_live,
+                          const std::vector<std::size_t>& before, Executor& executor,
+                          const Function& function) {
+  const Chunks chunks(slot_count);
+  std::vector<std::uint64_t> sums(static_cast<std::size_t>(chunks.count()), 0);
+  executor.Run(chunks.count(), [&](std::int32_t chunk) {
+    std::size_t place = before[static_cast<std::size_t>(chunk)];
+    for (std::int64_t i = chunks.begin(chunk); i < chunks.end(chunk); ++i) {
+      if (!is_live(static_cast<std::size_t>(i))) continue;
+      sums[static_cast<std::size_t>(chunk)] += function(static_cast<std::int32_t>(i), place++);
+    }
+  });
+  return std::accumulate(sums.begin(), sums.end(), std::uint64_t{0});
+}
+
+/// Writes the vertices to the diff. @return the sum of their hashes
+std::uint64_t TakeVertices(const Mesh& mesh, MeshDiff& diff, Executor& executor) {
+  const auto is_live = [&](std::size_t i) { return mesh.vertex(VertexId::FromIndex(i)).live; };
+  const auto before = LiveBefore(mesh.vertex_slots(), is_live, executor);
+  diff.vertex_ids.resize(before.back());
+  diff.vertex_positions.resize(before.back());
+  diff.metric_vertex_ids.resize(before.back());
+  diff.metrics.resize(before.back());
+  const auto take = [&](std::int32_t slot, std::size_t place) {
+    const VertexId id(slot);
+    const VertexRecord& vertex = mesh.vertex(id);
+    diff.vertex_ids[place] = diff.metric_vertex_ids[place] = id;
+    diff.vertex_positions[place] = vertex.position;
+    diff.metrics[place] = vertex.metric;
+    return VertexHash(id, vertex.position);
+  };
+  return SumOverLive(mesh.vertex_slots(), is_live, before, executor, take);
+}
+
+/// The same for triangles.
+std::uint64_t TakeTriangles(const Mesh& mesh, MeshDiff& diff, Executor& executor) {
+  const auto is_live = [&](std::size_t i) { return mesh.triangle(TriangleId::FromIndex(i)).live; };
+  const auto before = LiveBefore(mesh.triangle_slots(), is_live, executor);
+  diff.triangle_ids.resize(before.back());
+  diff.triangle_vertices.resize(before.back());
+  diff.triangle_regions.resize(before.back());
+  const auto take = [&](std::int32_t slot, std::size_t place) {
+    const TriangleId id(slot);
+    const TriangleRecord& triangle = mesh.triangle(id);
+    diff.triangle_ids[place] = id;
+    diff.triangle_vertices[place] = CanonicalTriangle(triangle.vertices);
+    diff.triangle_regions[place] = triangle.region;
+    return TriangleHash(id, diff.triangle_vertices[place], triangle.region);
+  };
+  return SumOverLive(mesh.triangle_slots(), is_live, before, executor, take);
+}
+
+}  // namespace
+
 MeshDiff SnapshotOf(const Mesh& mesh, Revision revision) {
+  InlineExecutor alone;
+  return SnapshotOf(mesh, revision, alone);
+}
+
+MeshDiff SnapshotOf(const Mesh& mesh, Revision revision, Executor& executor) {
   MeshDiff diff;
   diff.revision = revision;
   MeshSummary& summary = diff.summary;
-  for (std::int32_t i = 0; i < mesh.vertex_slots(); ++i) {
-    const VertexRecord& vertex = mesh.vertex(VertexId(i));
-    if (!vertex.live) continue;
-    diff.vertex_ids.push_back(VertexId(i));
-    diff.vertex_positions.push_back(vertex.position);
-    diff.metric_vertex_ids.push_back(VertexId(i));
-    diff.metrics.push_back(vertex.metric);
-    summary.state_hash += VertexHash(VertexId(i), vertex.position);
-  }
-  for (std::int32_t i = 0; i < mesh.triangle_slots(); ++i) {
-    const TriangleRecord& triangle = mesh.triangle(TriangleId(i));
-    if (!triangle.live) continue;
-    diff.triangle_ids.push_back(TriangleId(i));
-    diff.triangle_vertices.push_back(CanonicalTriangle(triangle.vertices));
-    diff.triangle_regions.push_back(triangle.region);
-    summary.state_hash +=
-        TriangleHash(TriangleId(i), diff.triangle_vertices.back(), triangle.region);
-  }
+  summary.state_hash = TakeVertices(mesh, diff, executor) + TakeTriangles(mesh, diff, executor);
   for (std::int32_t i = 0; i < mesh.edge_slots(); ++i) {
     const EdgeRecord& edge = mesh.edge(EdgeId(i));
     if (!edge.live) continue;

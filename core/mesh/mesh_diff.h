@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <vector>
 
+#include "core/base/executor.h"
 #include "core/base/ids.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/mesh.h"
@@ -79,5 +80,7 @@ struct MeshDiff {
 /// The whole mesh as a diff from nothing (base_revision 0): snapshots and GetMesh.
 /// @par Cost O(mesh)
 [[nodiscard]] MeshDiff SnapshotOf(const Mesh& mesh, Revision revision);
+/// The same, with an executor to work on parts of the mesh.
+[[nodiscard]] MeshDiff SnapshotOf(const Mesh& mesh, Revision revision, Executor& executor);
 
 }  // namespace pliant

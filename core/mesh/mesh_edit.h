@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/executor.h"
 #include "core/base/ids.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/change_log.h"
@@ -125,6 +126,9 @@ class MeshEdit {
   /// @param order  the live triangles, each once. @pre nothing was committed; all children are
   /// positive. @par Cost O(mesh)
   void Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order);
+  /// The same, with an executor to work on parts of the mesh; it changes nothing in the result.
+  void Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order,
+              Executor& executor);
 
   /// Replaces the triangles of a cavity by others that cover the same polygon. Vertices that lose
   /// their last triangle must be removed by RemoveVertex.
@@ -163,6 +167,8 @@ class MeshEdit {
 
   /// Ends a revision: folds the log into a diff, empties it and logs from now on.
   MeshDiff Commit(Revision revision);
+  /// The same, with an executor to work on parts of a first revision.
+  MeshDiff Commit(Revision revision, Executor& executor);
   /// Takes every touched element back to its state at the last commit.
   /// @pre there was a commit
   void Rollback();
@@ -184,6 +190,8 @@ class MeshEdit {
   /// Renumbers live elements to 0..n-1 in order of slot. @return new slots by old vertex slot, none
   /// for the dead. @pre nothing was committed yet
   std::vector<VertexId> Compact();
+  /// The same, with an executor to work on parts of the mesh; it changes nothing in the result.
+  std::vector<VertexId> Compact(Executor& executor);
 
   [[nodiscard]] const ChangeLog& log() const { return log_; }
   /// Of the last commit.
@@ -265,7 +273,7 @@ class MeshEdit {
   void PointVerticesAt(TriangleId id);
 
   void MarkPinched();
-  MeshDiff FirstCommit(Revision revision);
+  MeshDiff FirstCommit(Revision revision, Executor& executor);
   void StartLog(Revision revision);
   void RestoreSegments();
   void WriteSegments(const SegmentsAt& segments);

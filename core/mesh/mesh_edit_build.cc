@@ -1,9 +1,11 @@
 // MeshEdit, the part that sets a mesh up and renumbers it: runs once per session.
 
 #include <algorithm>
+#include <iterator>
 #include <numeric>
 #include <tuple>
 
+#include "core/mesh/close_gaps.h"
 #include "core/mesh/mesh_edit.h"
 
 namespace pliant {
@@ -37,25 +39,9 @@ std::vector<SortedSide> SortSides(std::span<const NewTriangle> triangles) {
   return sides;
 }
 
-/// New slot numbers of the live records, in order; -1 for the dead.
-template <class Records>
-std::vector<std::int32_t> DenseNumbers(const Records& records) {
-  std::vector<std::int32_t> numbers(records.size(), -1);
-  std::int32_t count = 0;
-  for (std::size_t i = 0; i < records.size(); ++i) {
-    if (records[i].live) numbers[i] = count++;
-  }
-  return numbers;
-}
-
 template <class IdType>
 void Renumber(IdType& id, const std::vector<std::int32_t>& numbers) {
   if (id.valid()) id = IdType(numbers[id.index()]);
-}
-
-template <class Records>
-void DropDead(Records& records) {
-  std::erase_if(records, [](const auto& record) { return !record.live; });
 }
 
 }  // namespace
@@ -129,25 +115,29 @@ void MeshEdit::MarkPinched() {
 }
 
 std::vector<VertexId> MeshEdit::Compact() {
+  InlineExecutor alone;
+  return Compact(alone);
+}
+
+std::vector<VertexId> MeshEdit::Compact(Executor& executor) {
   PLIANT_CHECK(!logging());
-  const std::vector<std::int32_t> vertices = DenseNumbers(mesh_.vertices_);
-  const std::vector<std::int32_t> triangles = DenseNumbers(mesh_.triangles_);
-  const std::vector<std::int32_t> edges = DenseNumbers(mesh_.edges_);
-  for (std::size_t v = 0; v < vertices.size(); ++v) {
-    if (vertices[v] >= 0) mesh_.hints_[static_cast<std::size_t>(vertices[v])] = mesh_.hints_[v];
-  }
-  DropDead(mesh_.vertices_);
-  mesh_.hints_.resize(mesh_.vertices_.size());
-  DropDead(mesh_.triangles_);
-  DropDead(mesh_.edges_);
-  for (VertexRecord& record : mesh_.vertices_) {
+  const std::vector<std::int32_t> vertices = DenseNumbers(mesh_.vertices_, executor);
+  const std::vector<std::int32_t> triangles = DenseNumbers(mesh_.triangles_, executor);
+  const std::vector<std::int32_t> edges = DenseNumbers(mesh_.edges_, executor);
+  CloseGaps(mesh_.vertices_, vertices, executor);
+  CloseGaps(mesh_.hints_, vertices, executor);
+  CloseGaps(mesh_.triangles_, triangles, executor);
+  CloseGaps(mesh_.edges_, edges, executor);
+  Chunks(std::ssize(mesh_.vertices_)).ForEach(executor, [&](std::int32_t v) {
+    VertexRecord& record = mesh_.vertices_[static_cast<std::size_t>(v)];
     Renumber(record.triangle, triangles);
     Renumber(record.edge, edges);
-  }
-  for (TriangleRecord& record : mesh_.triangles_) {
+  });
+  Chunks(std::ssize(mesh_.triangles_)).ForEach(executor, [&](std::int32_t t) {
+    TriangleRecord& record = mesh_.triangles_[static_cast<std::size_t>(t)];
     for (VertexId& vertex : record.vertices) Renumber(vertex, vertices);
     for (TriangleId& neighbor : record.neighbors) Renumber(neighbor, triangles);
-  }
+  });
   for (EdgeRecord& record : mesh_.edges_) {
     for (VertexId& vertex : record.vertices) Renumber(vertex, vertices);
     for (EdgeId& next : record.next) Renumber(next, edges);

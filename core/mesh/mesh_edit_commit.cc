@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <bit>
+#include <iterator>
 #include <utility>
 
 #include "core/mesh/mesh_edit.h"
@@ -27,7 +28,12 @@ bool SameBits(const Metric& a, const Metric& b) {
 }  // namespace
 
 MeshDiff MeshEdit::Commit(Revision revision) {
-  if (!logging()) return FirstCommit(revision);
+  InlineExecutor alone;
+  return Commit(revision, alone);
+}
+
+MeshDiff MeshEdit::Commit(Revision revision, Executor& executor) {
+  if (!logging()) return FirstCommit(revision, executor);
   MeshDiff diff;
   diff.base_revision = committed_;
   diff.revision = revision;
@@ -48,11 +54,17 @@ MeshDiff MeshEdit::Commit(Revision revision) {
   return diff;
 }
 
-MeshDiff MeshEdit::FirstCommit(Revision revision) {
-  for (VertexRecord& record : mesh_.vertices_) record.committed = record.live;
-  for (TriangleRecord& record : mesh_.triangles_) record.committed = record.live;
-  for (EdgeRecord& record : mesh_.edges_) record.committed = record.live;
-  MeshDiff diff = SnapshotOf(mesh_, revision);
+MeshDiff MeshEdit::FirstCommit(Revision revision, Executor& executor) {
+  const auto commit_all = [&](auto& records) {
+    Chunks(std::ssize(records)).ForEach(executor, [&](std::int32_t i) {
+      auto& record = records[static_cast<std::size_t>(i)];
+      record.committed = record.live;
+    });
+  };
+  commit_all(mesh_.vertices_);
+  commit_all(mesh_.triangles_);
+  commit_all(mesh_.edges_);
+  MeshDiff diff = SnapshotOf(mesh_, revision, executor);
   summary_ = diff.summary;
   StartLog(revision);
   return diff;

@@ -94,13 +94,14 @@ void NestedBuild::NextLevel(const Helpers& helpers) {
   PLIANT_CHECK(level_ > 0);
   Executor& executor = helpers.executor();
   const double growth = ScaleOf(level_ - 1) / ScaleOf(level_);
-  const std::vector<EdgeSplit> splits = PlanRefinement(edit_.mesh(), growth);
+  const std::vector<EdgeSplit> splits = PlanRefinement(edit_.mesh(), growth, executor);
   if (edit_.mesh().vertex_count() + std::ssize(splits) > options_.vertices_max) {
     Finish(helpers);  // The loop inserts one by one up to the limit and counts what it refuses.
     return;
   }
   edit_.Refine(splits,
-               is_coarsest_ ? TrianglesAlongCurve(edit_.mesh()) : TrianglesBySlot(edit_.mesh()));
+               is_coarsest_ ? TrianglesAlongCurve(edit_.mesh()) : TrianglesBySlot(edit_.mesh()),
+               executor);
   is_coarsest_ = false;
   LoopSettings fine = settings_;
   fine.age_cooling = 6;

@@ -1,9 +1,14 @@
 #include "core/pliant/refine.h"
 
+#include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
+#include <numeric>
+#include <set>
+#include <utility>
 
 #include "core/delaunay/insertion_order.h"
 #include "core/geometry/predicates.h"
@@ -24,16 +29,18 @@ enum class Boldness : std::uint8_t { kWhole, kStraight, kGeodesic };
 
 class RefinementPlan {
  public:
-  RefinementPlan(const Mesh& mesh, double growth)
+  RefinementPlan(const Mesh& mesh, double growth, Executor& executor)
       : mesh_(mesh),
+        executor_(executor),
         squared_split_length_(kSplitLength * kSplitLength / growth),
-        split_at_(static_cast<std::size_t>(mesh.triangle_slots())) {
-    for (auto& at : split_at_) at = {-1, -1, -1};
-  }
+        split_at_(static_cast<std::size_t>(mesh.triangle_slots())) {}
 
   std::vector<EdgeSplit> Make() {
-    for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) MarkLongSides(TriangleId(t));
+    MarkLongSides();
     MakeChildrenPositive();
+    if (std::ranges::find(boldness_, Boldness::kWhole) == boldness_.end()) {
+      return std::move(splits_);
+    }
     std::vector<EdgeSplit> splits;
     splits.reserve(splits_.size());
     for (std::size_t i = 0; i < splits_.size(); ++i) {
@@ -47,26 +54,60 @@ class RefinementPlan {
     return mesh_.triangle(t).vertices[static_cast<std::size_t>(corner)];
   }
 
-  void MarkLongSides(TriangleId t) {
-    if (!mesh_.triangle(t).live) return;
+  /// Finds the long sides and places their middles; a side belongs to the lower of its triangles.
+  void MarkLongSides() {
+    const Chunks chunks(mesh_.triangle_slots());
+    std::vector<std::uint8_t> long_sides(split_at_.size());
+    std::vector<std::size_t> begins(static_cast<std::size_t>(chunks.count()) + 1, 0);
+    executor_.Run(chunks.count(), [&](std::int32_t chunk) {
+      std::size_t count = 0;
+      for (std::int64_t t = chunks.begin(chunk); t < chunks.end(chunk); ++t) {
+        const auto index = static_cast<std::size_t>(t);
+        split_at_[index] = {-1, -1, -1};
+        long_sides[index] = LongSidesOf(TriangleId::FromIndex(index));
+        count += static_cast<std::size_t>(std::popcount(long_sides[index]));
+      }
+      begins[static_cast<std::size_t>(chunk) + 1] = count;
+    });
+    std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    splits_.resize(begins.back());
+    boldness_.assign(begins.back(), Boldness::kGeodesic);
+    executor_.Run(chunks.count(), [&](std::int32_t chunk) {
+      std::size_t split = begins[static_cast<std::size_t>(chunk)];
+      for (std::int64_t t = chunks.begin(chunk); t < chunks.end(chunk); ++t) {
+        for (int side = 0; side < 3; ++side) {
+          if (((long_sides[static_cast<std::size_t>(t)] >> side) & 1) == 0) continue;
+          SplitSide({TriangleId(static_cast<std::int32_t>(t)), side}, split++);
+        }
+      }
+    });
+  }
+
+  /// Bits of the sides that are long and belong to the triangle.
+  [[nodiscard]] std::uint8_t LongSidesOf(TriangleId t) const {
+    unsigned bits = 0;
+    if (!mesh_.triangle(t).live) return 0;
     for (int side = 0; side < 3; ++side) {
       const TriangleId beyond = mesh_.triangle(t).neighbors[static_cast<std::size_t>(side)];
-      if (beyond.valid() && beyond < t) continue;  // The neighbour has dealt with it.
+      if (beyond.valid() && beyond < t) continue;
       const VertexRecord& a = mesh_.vertex(Corner(t, NextCorner(side)));
       const VertexRecord& b = mesh_.vertex(Corner(t, PreviousCorner(side)));
       const double squared = SquaredLength(0.5 * (a.metric + b.metric), b.position - a.position);
-      if (!(squared > squared_split_length_)) continue;
-      const auto index = static_cast<std::int32_t>(splits_.size());
-      EdgeSplit split{{t, side}, {}, 0};
-      Place(split, Boldness::kGeodesic);
-      splits_.push_back(split);
-      boldness_.push_back(Boldness::kGeodesic);
-      split_at_[t.index()][static_cast<std::size_t>(side)] = index;
-      if (beyond.valid()) {
-        const auto back = static_cast<std::size_t>(mesh_.SideTowards(beyond, t));
-        split_at_[beyond.index()][back] = index;
-      }
+      if (squared > squared_split_length_) bits |= 1U << side;
     }
+    return static_cast<std::uint8_t>(bits);
+  }
+
+  /// Makes split `index` that of a side.
+  void SplitSide(Side side, std::size_t index) {
+    splits_[index].side = side;
+    Place(splits_[index], Boldness::kGeodesic);
+    const auto corner = static_cast<std::size_t>(side.corner);
+    split_at_[side.triangle.index()][corner] = static_cast<std::int32_t>(index);
+    const TriangleId beyond = mesh_.triangle(side.triangle).neighbors[corner];
+    if (!beyond.valid()) return;
+    const auto back = static_cast<std::size_t>(mesh_.SideTowards(beyond, side.triangle));
+    split_at_[beyond.index()][back] = static_cast<std::int32_t>(index);
   }
 
   /// Sets position and parameter of a split.
@@ -124,30 +165,49 @@ class RefinementPlan {
   /// Takes back boldness around triangles with a child that is not positive, until there is none.
   /// Ends because boldness only falls.
   void MakeChildrenPositive() {
-    std::vector<TriangleId> suspects;
-    suspects.reserve(split_at_.size());
-    for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) {
-      if (mesh_.triangle(TriangleId(t)).live) suspects.emplace_back(t);
-    }
+    // In ascending order, and with those above that a change made suspect: as if all triangles were
+    // looked at one after the other.
+    std::set<TriangleId> suspects = FindBadTriangles();
     while (!suspects.empty()) {
-      std::vector<TriangleId> next;
-      for (const TriangleId t : suspects) {
+      std::set<TriangleId> later;
+      while (!suspects.empty()) {
+        const TriangleId t = *suspects.begin();
+        suspects.erase(suspects.begin());
         if (ChildrenArePositive(t)) continue;
-        for (int side = 0; side < 3; ++side) {
-          const std::int32_t index = split_at_[t.index()][static_cast<std::size_t>(side)];
-          if (index < 0) continue;
-          const auto i = static_cast<std::size_t>(index);
-          if (boldness_[i] == Boldness::kWhole) continue;
-          boldness_[i] =
-              boldness_[i] == Boldness::kGeodesic ? Boldness::kStraight : Boldness::kWhole;
-          Place(splits_[i], boldness_[i]);
-          const TriangleId beyond = mesh_.triangle(t).neighbors[static_cast<std::size_t>(side)];
-          if (beyond.valid()) next.push_back(beyond);
+        for (std::size_t side = 0; side < 3; ++side) {
+          if (!TakeBack(split_at_[t.index()][side])) continue;
+          const TriangleId beyond = mesh_.triangle(t).neighbors[side];
+          if (beyond.valid()) (beyond > t ? suspects : later).insert(beyond);
         }
-        next.push_back(t);
+        later.insert(t);
       }
-      suspects = std::move(next);
+      suspects = std::move(later);
     }
+  }
+
+  [[nodiscard]] std::set<TriangleId> FindBadTriangles() const {
+    const Chunks chunks(mesh_.triangle_slots());
+    std::vector<std::vector<TriangleId>> bad(static_cast<std::size_t>(chunks.count()));
+    executor_.Run(chunks.count(), [&](std::int32_t chunk) {
+      for (std::int64_t t = chunks.begin(chunk); t < chunks.end(chunk); ++t) {
+        const TriangleId id(static_cast<std::int32_t>(t));
+        if (!mesh_.triangle(id).live || ChildrenArePositive(id)) continue;
+        bad[static_cast<std::size_t>(chunk)].push_back(id);
+      }
+    });
+    std::set<TriangleId> all;
+    for (const auto& part : bad) all.insert(part.begin(), part.end());
+    return all;
+  }
+
+  /// Takes one step of boldness back. @return false if there is none, or no split (index -1)
+  bool TakeBack(std::int32_t index) {
+    if (index < 0) return false;
+    const auto i = static_cast<std::size_t>(index);
+    if (boldness_[i] == Boldness::kWhole) return false;
+    boldness_[i] = boldness_[i] == Boldness::kGeodesic ? Boldness::kStraight : Boldness::kWhole;
+    Place(splits_[i], boldness_[i]);
+    return true;
   }
 
   /// Enough for every template: the middles lie strictly inside the parent's sides as seen from
@@ -183,6 +243,7 @@ class RefinementPlan {
   }
 
   const Mesh& mesh_;
+  Executor& executor_;
   const double squared_split_length_;
   std::vector<EdgeSplit> splits_;
   std::vector<Boldness> boldness_;
@@ -191,8 +252,13 @@ class RefinementPlan {
 
 }  // namespace
 
+std::vector<EdgeSplit> PlanRefinement(const Mesh& mesh, double growth, Executor& executor) {
+  return RefinementPlan(mesh, growth, executor).Make();
+}
+
 std::vector<EdgeSplit> PlanRefinement(const Mesh& mesh, double growth) {
-  return RefinementPlan(mesh, growth).Make();
+  InlineExecutor alone;
+  return PlanRefinement(mesh, growth, alone);
 }
 
 std::vector<TriangleId> TrianglesAlongCurve(const Mesh& mesh) {

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "core/base/executor.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_edit.h"
 
@@ -20,7 +21,10 @@ namespace pliant {
 ///
 /// @param growth  what the mesh's metric is going to be multiplied by, > 0; midpoints do not depend
 ///                on it.
+/// @param executor  works on parts of the mesh; changes nothing in the result.
 /// @return in ascending order of triangle, as MeshEdit::Refine wants it.
+[[nodiscard]] std::vector<EdgeSplit> PlanRefinement(const Mesh& mesh, double growth,
+                                                    Executor& executor);
 [[nodiscard]] std::vector<EdgeSplit> PlanRefinement(const Mesh& mesh, double growth);
 
 /// The live triangles along a Hilbert curve through their centers, so that neighbours are near each

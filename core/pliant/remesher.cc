@@ -204,11 +204,11 @@ class Remesher::Impl {
     PLIANT_CHECK(carriers_.empty() || LetMetricFollow().ok());
     PLIANT_CHECK(followed_.raw()->status().ok());
     if (revision_ == Revision::kNone && numbering_ == Numbering::kClosesGaps) {
-      loop_.Renumber(edit_.Compact());
+      loop_.Renumber(edit_.Compact(helpers_.executor()));
     }
     previous_revision_ = revision_;
     revision_ = Revision(static_cast<std::int64_t>(revision_) + 1);
-    MeshDiff diff = edit_.Commit(revision_);
+    MeshDiff diff = edit_.Commit(revision_, helpers_.executor());
     loop_.ResetCounts();
     previous_ = std::move(committed_);
     committed_ = {followed_.state(), loop_.Save(), nullptr};
