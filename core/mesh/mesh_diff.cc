@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <numeric>
 
+#include "core/base/touch_pages.h"
 #include "core/mesh/close_gaps.h"
 
 namespace pliant {
@@ -85,14 +86,20 @@ std::uint64_t SumOverLive(std::int32_t slot_count, const IsLive& is_live,
   return std::accumulate(sums.begin(), sums.end(), std::uint64_t{0});
 }
 
+template <class Vector>
+void ResizeTouched(Vector& vector, std::size_t count, Executor& executor) {
+  ReserveTouched(vector, count, executor);
+  vector.resize(count);
+}
+
 /// Writes the vertices to the diff. @return the sum of their hashes
 std::uint64_t TakeVertices(const Mesh& mesh, MeshDiff& diff, Executor& executor) {
   const auto is_live = [&](std::size_t i) { return mesh.vertex(VertexId::FromIndex(i)).live; };
   const auto before = LiveBefore(mesh.vertex_slots(), is_live, executor);
-  diff.vertex_ids.resize(before.back());
-  diff.vertex_positions.resize(before.back());
-  diff.metric_vertex_ids.resize(before.back());
-  diff.metrics.resize(before.back());
+  ResizeTouched(diff.vertex_ids, before.back(), executor);
+  ResizeTouched(diff.vertex_positions, before.back(), executor);
+  ResizeTouched(diff.metric_vertex_ids, before.back(), executor);
+  ResizeTouched(diff.metrics, before.back(), executor);
   const auto take = [&](std::int32_t slot, std::size_t place) {
     const VertexId id(slot);
     const VertexRecord& vertex = mesh.vertex(id);
@@ -108,9 +115,9 @@ std::uint64_t TakeVertices(const Mesh& mesh, MeshDiff& diff, Executor& executor)
 std::uint64_t TakeTriangles(const Mesh& mesh, MeshDiff& diff, Executor& executor) {
   const auto is_live = [&](std::size_t i) { return mesh.triangle(TriangleId::FromIndex(i)).live; };
   const auto before = LiveBefore(mesh.triangle_slots(), is_live, executor);
-  diff.triangle_ids.resize(before.back());
-  diff.triangle_vertices.resize(before.back());
-  diff.triangle_regions.resize(before.back());
+  ResizeTouched(diff.triangle_ids, before.back(), executor);
+  ResizeTouched(diff.triangle_vertices, before.back(), executor);
+  ResizeTouched(diff.triangle_regions, before.back(), executor);
   const auto take = [&](std::int32_t slot, std::size_t place) {
     const TriangleId id(slot);
     const TriangleRecord& triangle = mesh.triangle(id);

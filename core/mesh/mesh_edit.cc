@@ -305,6 +305,9 @@ void MeshEdit::ReturnSlots(std::span<Territory> territories) {
     mesh_.triangle_allocator_.ReturnFrom(std::move(territory.slots.triangles));
     mesh_.edge_allocator_.ReturnFrom(std::move(territory.slots.edges));
   }
+  mesh_.vertex_allocator_.EndLoans();
+  mesh_.triangle_allocator_.EndLoans();
+  mesh_.edge_allocator_.EndLoans();
 }
 
 TriangleId MeshEdit::TakeTriangle() {

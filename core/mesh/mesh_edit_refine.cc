@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/touch_pages.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/mesh/refine_templates.h"
 
@@ -98,7 +99,7 @@ class Refinement {
         first += kRefineTemplates[codes_[t.index()]].count;
       });
     });
-    triangles.reserve(begins.back() + begins.back() / kSlackShare);
+    ReserveTouched(triangles, begins.back() + begins.back() / kSlackShare, executor_);
     triangles.resize(begins.back());
   }
 
@@ -132,7 +133,7 @@ class Refinement {
   /// in which triangles first have them.
   void NumberVertices() {
     const std::size_t count = static_cast<std::size_t>(mesh_.vertex_count()) + splits_.size();
-    vertices.reserve(count + count / kSlackShare);
+    ReserveTouched(vertices, count + count / kSlackShare, executor_);
     vertices.resize(count);
     hints.reserve(count + count / kSlackShare);
     hints.resize(count);

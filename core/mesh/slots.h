@@ -63,7 +63,8 @@ class SlotAllocator {
 
   /// Gives `count` slots, the lowest free ones and then new ones, to an allocator of their own, for
   /// a writer that works beside others. It counts only what it takes and frees itself, and does not
-  /// grow. ReturnFrom takes everything back. @par Cost O(free slots), O(f log f) after other calls
+  /// grow. ReturnFrom and EndLoans take everything back. @par Cost O(free slots), O(f log f) after
+  /// other calls
   [[nodiscard]] SlotAllocator Lend(std::int32_t count) {
     SlotAllocator lent;
     lent.size_ = kNoGrowth;
@@ -79,13 +80,14 @@ class SlotAllocator {
   /// Counts what `lent` has taken and freed since it was last asked, here instead of there.
   void CountFrom(SlotAllocator& lent) { live_count_ += std::exchange(lent.live_count_, 0); }
 
-  /// Ends a loan: the free slots of `lent`, those of elements it freed included, are free here.
+  /// Ends a loan: the free slots of `lent`, those of elements it freed included, come back. After
+  /// the last loan, EndLoans must follow before anything is taken.
   void ReturnFrom(SlotAllocator&& lent) {
     CountFrom(lent);
     free_.insert(free_.end(), lent.free_.begin(), lent.free_.end());
-    std::make_heap(free_.begin(), free_.end(), std::greater<>());
     lent.free_.clear();
   }
+  void EndLoans() { std::make_heap(free_.begin(), free_.end(), std::greater<>()); }
 
   /// Slots that can be taken without growth.
   [[nodiscard]] std::size_t free_count() const { return free_.size(); }

@@ -22,10 +22,10 @@ constexpr std::int32_t kSampleStep = 32;
 /// More parts than this do not help: a tree of cuts is deep enough, and threads are busy.
 constexpr std::int32_t kBlocksMax = 1024;
 
-/// Slots of a block for new elements, as a share of its vertices: a level inserts one vertex in a
-/// few hundred, and one in ten where the metric cannot be met. A block that has used them up rests.
+/// Slots of a block for new elements: a level inserts one vertex in five hundred. A block that has
+/// used them up, where the metric cannot be met, rests. Less than MeshEdit::Refine leaves room for.
 SlotCounts RoomOf(const BlockRule& rule) {
-  const std::int32_t vertices = std::max(8, rule.nodes_per_block / 16);
+  const std::int32_t vertices = std::max(8, rule.nodes_per_block / 48);
   return {vertices, 2 * vertices, std::max(8, rule.nodes_per_block / 64)};
 }
 

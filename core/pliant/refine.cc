@@ -10,6 +10,7 @@
 #include <set>
 #include <utility>
 
+#include "core/base/touch_pages.h"
 #include "core/delaunay/insertion_order.h"
 #include "core/geometry/predicates.h"
 #include "core/metric/metric.h"
@@ -70,6 +71,7 @@ class RefinementPlan {
       begins[static_cast<std::size_t>(chunk) + 1] = count;
     });
     std::partial_sum(begins.begin(), begins.end(), begins.begin());
+    ReserveTouched(splits_, begins.back(), executor_);
     splits_.resize(begins.back());
     boldness_.assign(begins.back(), Boldness::kGeodesic);
     executor_.Run(chunks.count(), [&](std::int32_t chunk) {

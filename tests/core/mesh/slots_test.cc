@@ -112,6 +112,7 @@ TEST(SlotAllocator, LendsSlots) {
   EXPECT_EQ(whole.live_count(), 9);
   whole.ReturnFrom(std::move(b));
   whole.ReturnFrom(std::move(a));
+  whole.EndLoans();
   EXPECT_EQ(whole.live_count(), 10);
   EXPECT_EQ(whole.Take(), 0);
   EXPECT_EQ(whole.Take(), 11);
