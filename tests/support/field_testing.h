@@ -17,10 +17,11 @@ namespace pliant::testing {
   Field field{.name = "f", .location = location, .transfer = transfer, .values = {}};
   if (location == FieldLocation::kVertex) {
     field.values.resize(static_cast<std::size_t>(mesh.vertex_slots()));
-    for (const VertexId id : LiveVertices(mesh)) field.values[id.index()] = f(mesh.position(id));
+    for (const VertexId id : testing::LiveVertices(mesh))
+      field.values[id.index()] = f(mesh.position(id));
   } else {
     field.values.resize(static_cast<std::size_t>(mesh.triangle_slots()));
-    for (const TriangleId id : LiveTriangles(mesh)) {
+    for (const TriangleId id : testing::LiveTriangles(mesh)) {
       field.values[id.index()] = f(CenterOf(CornersIn(mesh, id)));
     }
   }
@@ -34,9 +35,10 @@ namespace pliant::testing {
   const Field field = FieldOf(mesh, location, TransferKind::kLinear, f);
   FieldValues values{.name = std::move(name), .location = location, .ids = {}, .values = {}};
   if (location == FieldLocation::kVertex) {
-    for (const VertexId id : LiveVertices(mesh)) values.values.push_back(field.values[id.index()]);
+    for (const VertexId id : testing::LiveVertices(mesh))
+      values.values.push_back(field.values[id.index()]);
   } else {
-    for (const TriangleId id : LiveTriangles(mesh)) {
+    for (const TriangleId id : testing::LiveTriangles(mesh)) {
       values.values.push_back(field.values[id.index()]);
     }
   }
@@ -50,7 +52,7 @@ struct Integral {
 };
 [[nodiscard]] inline Integral IntegralOf(const Mesh& mesh, const Field& field) {
   Integral integral;
-  for (const TriangleId id : LiveTriangles(mesh)) {
+  for (const TriangleId id : testing::LiveTriangles(mesh)) {
     const double area = AreaOf(CornersIn(mesh, id));
     if (field.location == FieldLocation::kTriangle) {
       integral.value += area * field.values[id.index()];
