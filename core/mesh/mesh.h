@@ -28,6 +28,7 @@ struct VisitState {
   bool active : 1 = false;  ///< Waits in the queue.
   bool cold : 1 = false;    ///< In that update: only its surroundings changed; it began old.
   bool tired : 1 = false;   ///< Was cooled in its last update: its surroundings cannot be met.
+  bool mended : 1 = false;  ///< Stands where mending has put it.
 
   friend bool operator==(const VisitState&, const VisitState&) = default;
 };

@@ -74,7 +74,8 @@ void TakeEach(ByteReader& reader, Records& records, Set set) {
 std::uint8_t FlagsOf(const VertexRecord& record) {
   return static_cast<std::uint8_t>((record.live ? 1 : 0) | (record.fixed ? 2 : 0) |
                                    (record.pinched ? 4 : 0) | (record.visit.active ? 8 : 0) |
-                                   (record.visit.cold ? 16 : 0) | (record.visit.tired ? 32 : 0));
+                                   (record.visit.cold ? 16 : 0) | (record.visit.tired ? 32 : 0) |
+                                   (record.visit.mended ? 64 : 0));
 }
 
 void SetFlags(VertexRecord& record, std::uint8_t flags) {
@@ -84,6 +85,7 @@ void SetFlags(VertexRecord& record, std::uint8_t flags) {
   record.visit.active = (flags & 8) != 0;
   record.visit.cold = (flags & 16) != 0;
   record.visit.tired = (flags & 32) != 0;
+  record.visit.mended = (flags & 64) != 0;
 }
 
 template <class Record>

@@ -194,6 +194,8 @@ class MeshEdit {
   std::vector<VertexId> Compact(Executor& executor);
 
   [[nodiscard]] const ChangeLog& log() const { return log_; }
+  /// Of the last commit; kNone before the first, when the log does not know what has changed.
+  [[nodiscard]] Revision committed() const { return committed_; }
   /// Of the last commit.
   [[nodiscard]] const MeshSummary& summary() const { return summary_; }
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }

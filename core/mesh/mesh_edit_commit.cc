@@ -61,7 +61,12 @@ MeshDiff MeshEdit::FirstCommit(Revision revision, Executor& executor) {
       record.committed = record.live;
     });
   };
-  commit_all(mesh_.vertices_);
+  Chunks(std::ssize(mesh_.vertices_)).ForEach(executor, [&](std::int32_t i) {
+    VertexRecord& record = mesh_.vertices_[static_cast<std::size_t>(i)];
+    record.committed = record.live;
+    // While the first mesh was built everyone was awake and has heard of every move.
+    record.visit.drift_x = record.visit.drift_y = 0;
+  });
   commit_all(mesh_.triangles_);
   commit_all(mesh_.edges_);
   MeshDiff diff = SnapshotOf(mesh_, revision, executor);

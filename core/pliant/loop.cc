@@ -26,18 +26,11 @@ constexpr double kWakingDrift = 0.15;
 /// not at rest, it was stopped, and a fresh age would let it run again.
 constexpr int kVisitsOfTired = 2;
 
-}  // namespace
+/// A node whose metric did not change has come to rest before: it goes on only for steps this much
+/// longer than the thresholds, so that rounding off the last bit of a rest does not travel.
+constexpr double kCalmOfCold = 5.0 / 3;
 
-LoopCounts& LoopCounts::operator+=(const LoopCounts& other) {
-  visits += other.visits;
-  moves += other.moves;
-  insertions += other.insertions;
-  deletions += other.deletions;
-  swaps += other.swaps;
-  cooled += other.cooled;
-  refused_at_limit += other.refused_at_limit;
-  return *this;
-}
+}  // namespace
 
 LoopSettings SettingsOf(const Options& options) {
   const bool paper = options.variant == Variant::kPaper;
@@ -53,7 +46,11 @@ LoopSettings SettingsOf(const Options& options) {
 }
 
 PliantLoop::PliantLoop(MeshEdit& edit, const Options& options)
-    : edit_(edit), mesh_(edit.mesh()), options_(options), flipper_(edit) {
+    : edit_(edit),
+      mesh_(edit.mesh()),
+      options_(options),
+      flipper_(edit),
+      mender_(edit, options.permissions) {
   state_.rng = Rng(options.seed);
   state_.settings = SettingsOf(options);
 }
@@ -62,13 +59,64 @@ void PliantLoop::BeginUpdate(const LoopSettings& settings) {
   ++state_.epoch;
   state_.visits_in_update = 0;
   state_.settings = settings;
+  state_.mending = Mending::kNotBegun;
+}
+
+bool PliantLoop::Mend() {
+  PLIANT_CHECK(state_.queue.empty() && mender_.done());
+  // The paper's loop has no such thing.
+  if (options_.variant == Variant::kPaper) state_.mending = Mending::kDone;
+  switch (state_.mending) {
+    case Mending::kNotBegun:
+      mender_.Start();
+      state_.mending = Mending::kFirst;
+      return true;
+    case Mending::kFirst:
+      // As a later update would find them: those that the update has worn out get visits again.
+      BeginUpdate(SettingsOf(options_));
+      for (const VertexId node : mender_.TakeMoved()) {
+        // A later update may have deleted what a mending that was cut short had moved.
+        if (mesh_.IsLive(node)) PushRing(node, 0);
+      }
+      state_.mending = Mending::kSettling;
+      return true;
+    case Mending::kSettling:
+      mender_.Start();
+      state_.mending = Mending::kLast;
+      return true;
+    case Mending::kLast:
+      mender_.TakeMoved();
+      state_.mending = Mending::kDone;
+      return false;
+    case Mending::kDone:
+      return false;
+  }
+  PLIANT_CHECK(false, "mending");
+}
+
+void PliantLoop::MendNext(const MetricField& field) {
+  const Mender::Mended mended = mender_.VisitNext(field);
+  state_.counts.moves += mended.moves;
+  state_.counts.swaps += mended.swaps;
+  state_.counts.mended += mended.moves + mended.swaps;
+}
+
+PliantLoop::State PliantLoop::Save() const {
+  State state = state_;
+  state.mender = mender_.state();
+  return state;
+}
+
+void PliantLoop::Restore(State state) {
+  mender_.Restore(std::exchange(state.mender, {}));
+  state_ = std::move(state);
 }
 
 StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
   std::int64_t visits = 0;
   const bool paper = options_.variant == Variant::kPaper;
   if constexpr (kValidateEvery) audit_.Sync(mesh_);
-  while (!state_.queue.empty()) {
+  while (!state_.queue.empty() || !mender_.done()) {
     if (visits >= budget.visits_max) return StopReason::kVisitBudget;
     if (budget.cancel != nullptr && visits % kVisitsBetweenPolls == 0 &&
         budget.cancel->load(std::memory_order_relaxed)) {
@@ -77,6 +125,12 @@ StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
     if (paper && state_.visits_in_update / options_.visits_per_vertex_max >=
                      std::int64_t{mesh_.vertex_count()}) {
       return StopReason::kVisitLimit;
+    }
+    if (state_.queue.empty()) {
+      MendNext(field);
+      ++visits;
+      ++state_.counts.visits;
+      continue;
     }
     const VertexId node = paper ? state_.queue.PopRandom(state_.rng) : state_.queue.PopFirst();
     if (!mesh_.IsLive(node) || !mesh_.vertex(node).visit.active) continue;
@@ -96,42 +150,9 @@ StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
   return state_.counts.refused_at_limit > 0 ? StopReason::kVertexLimit : StopReason::kConverged;
 }
 
-void PliantLoop::Join(const PliantLoop& other) {
-  state_.epoch = other.state_.epoch;
-  state_.settings = other.state_.settings;
-}
-
-void PliantLoop::TakeOver(std::span<const VertexId> nodes) {
-  for (const VertexId node : nodes) state_.queue.Push(node);
-}
-
-std::vector<VertexId> PliantLoop::HandOver() {
-  std::vector<VertexId> nodes = state_.queue.TakeAll();
-  nodes.insert(nodes.end(), aside_.begin(), aside_.end());
-  aside_.clear();
-  return nodes;
-}
-
-void PliantLoop::Add(const LoopCounts& counts) {
-  state_.counts += counts;
-  state_.visits_in_update += counts.visits;
-}
-
-bool PliantLoop::MayVisit(const Territory& territory, VertexId node) {
-  if (!territory.HasRoom() || !territory.Owns(node)) return false;
-  const auto owns = [&](VertexId vertex) { return territory.Owns(vertex); };
-  if (!mesh_.vertex(node).pinched) {
-    star_.Gather(mesh_, node);
-    return std::ranges::all_of(star_.ring(), owns);
-  }
-  return std::ranges::all_of(FansOf(mesh_, node), [&](TriangleId fan) {
-    star_.Gather(mesh_, node, fan);
-    return std::ranges::all_of(star_.ring(), owns);
-  });
-}
-
 void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
   state_.queue.Transform([&](VertexId old) { return new_ids[old.index()]; });
+  mender_.Renumber(new_ids);
 }
 
 PliantLoop::Heat PliantLoop::HeatOf(const VisitState& visit) const {
@@ -173,6 +194,8 @@ bool PliantLoop::MarkAwake(VertexId node) {
   visit.cold = false;
   visit.tired = false;
   visit.active = true;
+  visit.mended = false;
+  visit.drift_x = visit.drift_y = 0;
   if (!(visit == mesh_.vertex(node).visit)) edit_.Visit(node) = visit;
   return enters;
 }
@@ -232,6 +255,8 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
     if (visit.age >= state_.settings.age_cooling) visit.tired = true;
   }
   edit_.Visit(node) = visit;
+  // The loop alone would undo what mending did; if that is needed, mending sees to it again.
+  if (visit.mended) return;
   const Heat heat = HeatOf(visit);
   if (mesh_.vertex(node).fixed) {
     VisitGiven(field, node, heat);
@@ -269,7 +294,8 @@ void PliantLoop::FinishVisit(const MetricField& field, VertexId node, const Heat
 
 void PliantLoop::StayActive(VertexId node, double speed) {
   const int hop = mesh_.vertex(node).visit.hop;
-  if (speed > state_.settings.speed_threshold) Push(node, hop);
+  const double calm = mesh_.vertex(node).visit.cold ? kCalmOfCold : 1;
+  if (speed > calm * state_.settings.speed_threshold) Push(node, hop);
   if (options_.variant == Variant::kPaper) {
     if (speed > state_.settings.speed_threshold) PushRing(node, hop + 1);
   } else if (speed > 0) {
@@ -285,7 +311,7 @@ void PliantLoop::NotifyRing(VertexId node, double speed) {
     VisitState& visit = edit_.Visit(node);
     visit.drift_x = visit.drift_y = 0;
     PushRing(node, hop + 1);
-  } else if (speed > state_.settings.neighbor_threshold) {
+  } else if (speed > (record.visit.cold ? kCalmOfCold : 1) * state_.settings.neighbor_threshold) {
     star_.Gather(mesh_, node);
     for (const VertexId neighbor : star_.ring()) {
       if (mesh_.vertex(neighbor).visit.epoch == state_.epoch) Push(neighbor, hop + 1);

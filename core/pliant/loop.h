@@ -11,6 +11,7 @@
 #include "core/mesh/star.h"
 #include "core/metric/metric_field.h"
 #include "core/pliant/extent.h"
+#include "core/pliant/mend.h"
 #include "core/pliant/node_queue.h"
 #include "core/pliant/options.h"
 #include "core/pliant/patch.h"
@@ -36,6 +37,8 @@ struct LoopCounts {
   std::int64_t swaps = 0;
   /// Nodes that came to rest by their age alone: spots where the metric cannot be met.
   std::int64_t cooled = 0;
+  /// Nodes moved and edges swapped by mending, which are also among `moves` and `swaps`.
+  std::int64_t mended = 0;
   /// Insertions refused at Options::vertices_max.
   std::int64_t refused_at_limit = 0;
 
@@ -105,9 +108,19 @@ class PliantLoop {
   /// Counts what other loops did as if this one had done it.
   void Add(const LoopCounts& counts);
 
-  /// Visits nodes until none is active or the budget is used up. The result does not depend on how
+  /// Goes on with the end of an update, when its nodes are at rest: what they have left bad is
+  /// mended, the neighbours of what was mended settle, and what that leaves bad is mended. Each
+  /// call begins one of the three; Run carries it out. @return false if nothing is left to do
+  /// @pre no node is active
+  bool Mend();
+
+  /// Visits nodes until none is active and none waits for mending, or the budget is used up. The
+  /// result does not depend on how
   /// a run is cut into budgets.
   StopReason Run(const MetricField& field, const Budget& budget);
+
+  /// How far the end of the update has come.
+  enum class Mending { kNotBegun, kFirst, kSettling, kLast, kDone };
 
   /// The parts of the loop's state that the mesh does not hold, for a later Restore. Entries of the
   /// queue are copied: O(active nodes), none after convergence.
@@ -118,15 +131,17 @@ class PliantLoop {
     LoopCounts counts;
     std::int64_t visits_in_update = 0;
     LoopSettings settings;
+    Mending mending = Mending::kNotBegun;
+    Mender::State mender;
   };
-  [[nodiscard]] State Save() const { return state_; }
-  void Restore(State state) { state_ = std::move(state); }
+  [[nodiscard]] State Save() const;
+  void Restore(State state);
 
   [[nodiscard]] const LoopCounts& counts() const { return state_.counts; }
   void ResetCounts() { state_.counts = {}; }
   /// Nodes waiting, an upper bound while some have died in the queue.
   [[nodiscard]] std::int64_t active_count() const {
-    return static_cast<std::int64_t>(state_.queue.size());
+    return static_cast<std::int64_t>(state_.queue.size() + mender_.waiting_count());
   }
   /// Gives the queue's nodes other slots, after MeshEdit::Compact.
   void Renumber(std::span<const VertexId> new_ids);
@@ -153,6 +168,7 @@ class PliantLoop {
   void VisitAudited(const MetricField& field, VertexId node);
   /// True if the territory has the node and all its neighbours, and room for an insertion.
   [[nodiscard]] bool MayVisit(const Territory& territory, VertexId node);
+  void MendNext(const MetricField& field);
   void VisitGiven(const MetricField& field, VertexId node, const Heat& heat);
   /// The visit of an interior node with few neighbours, by columns: the same operations as the
   /// general one in the same order, and the same bits.
@@ -182,6 +198,7 @@ class PliantLoop {
   const Mesh& mesh_;
   const Options options_;
   MetricFlipper flipper_;
+  Mender mender_;
   Star star_;
   Patch patch_;
   State state_;

@@ -11,17 +11,26 @@
 namespace pliant {
 namespace {
 
-/// Coarsest level: large enough for a lattice to form, and several times the given vertices, which
-/// would overload it.
+/// A mesh of no more than this many nodes is not refined from a coarser one: a lattice needs room
+/// to form.
 constexpr double kCoarsestNodes = 500;
-constexpr double kCoarsestPerGiven = 6;
+/// Nor is one in which the given vertices, or all vertices on constrained edges, are more than such
+/// a share of the nodes: they overload it, or leave no room for a lattice between them.
+constexpr double kGivenShare = 1.0 / 6;
+constexpr double kConstrainedShare = 0.6;
 
 /// Coarser levels ask for slightly fewer nodes than a fourth: otherwise the lattice is under
 /// pressure and drifts.
-constexpr double kCoarseScale = 0.97;
+constexpr double kCoarseScale = .98;
 
-/// Sample points for the estimate of complexity.
+/// A mesh without a coarser one has a random lattice, which settles slowly: it is given longer
+/// steps and more visits.
+constexpr double kPlainStep = 0.4;
+constexpr double kPlainThreshold = 0.015;
+
+/// Sample points for the estimates of complexity and of the length of the constrained edges.
 constexpr double kSamples = 16384;
+constexpr int kSamplesPerEdge = 64;
 
 /// Integral of sqrt(det M), by sampling every triangle at the corners of a uniform subdivision's
 /// cells. Only the number of levels depends on it.
@@ -50,10 +59,46 @@ double EstimateComplexity(const Mesh& mesh, const MetricField& field) {
   return complexity;
 }
 
-std::int32_t GivenVertexCount(const Mesh& mesh) {
-  std::int32_t count = 0;
-  for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) count += mesh.vertex(VertexId(v)).fixed;
-  return count;
+/// What a coarser mesh cannot do without.
+struct Constraints {
+  double given_count = 0;
+  double length = 0;  ///< Of the constrained edges, in the metric.
+};
+
+Constraints MeasureConstraints(const Mesh& mesh, const MetricField& field) {
+  Constraints constraints;
+  for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
+    constraints.given_count += mesh.vertex(VertexId(v)).fixed;
+  }
+  const int per_edge =
+      std::clamp(static_cast<int>(kSamples / std::max(1, mesh.edge_count())), 1, kSamplesPerEdge);
+  std::int32_t hint = MetricField::kNoHint;
+  for (std::int32_t e = 0; e < mesh.edge_slots(); ++e) {
+    const EdgeRecord& edge = mesh.edge(EdgeId(e));
+    if (!edge.live) continue;
+    const Vec2 a = mesh.position(edge.vertices[0]);
+    const Vec2 ab = mesh.position(edge.vertices[1]) - a;
+    double sum = 0;
+    for (int i = 0; i < per_edge; ++i) {
+      sum += std::sqrt(SquaredLength(field.At(a + ((i + 0.5) / per_edge) * ab, hint), ab));
+    }
+    constraints.length += sum / per_edge;
+  }
+  return constraints;
+}
+
+/// How often the wanted size can be doubled from a mesh of `node_count` nodes.
+int CountLevels(double node_count, const Constraints& constraints) {
+  int levels = 0;
+  for (double nodes = node_count / 4; nodes * 4 > kCoarsestNodes && levels < 30; nodes /= 4) {
+    const double constrained = constraints.length / std::ldexp(1.0, levels + 1);
+    if (constraints.given_count > kGivenShare * nodes ||
+        constraints.given_count + constrained > kConstrainedShare * nodes) {
+      break;
+    }
+    ++levels;
+  }
+  return levels;
 }
 
 double ScaleOf(int level) { return level == 0 ? 1 : kCoarseScale / std::ldexp(1.0, 2 * level); }
@@ -68,14 +113,18 @@ NestedBuild::NestedBuild(MeshEdit& edit, PliantLoop& loop, std::shared_ptr<const
       options_(options),
       settings_(SettingsOf(options)) {
   const double nodes = EstimateComplexity(edit.mesh(), *field_) * 2 / std::sqrt(3.0);
-  const double coarsest =
-      std::max(kCoarsestNodes, kCoarsestPerGiven * GivenVertexCount(edit.mesh()));
-  int levels = 0;
-  for (double n = nodes; n > coarsest && levels < 30; n /= 4) ++levels;
-  LoopSettings coarse = settings_;
-  coarse.speed_threshold = coarse.neighbor_threshold = 0.02;
+  const int levels = CountLevels(nodes, MeasureConstraints(edit.mesh(), *field_));
+  LoopSettings first = settings_;
+  if (levels > 0) {
+    first.speed_threshold = first.neighbor_threshold = 0.02;
+  } else {
+    if (options.step == 0) first.alpha = kPlainStep;
+    if (options.speed_threshold == 0) {
+      first.speed_threshold = first.neighbor_threshold = kPlainThreshold;
+    }
+  }
   InlineExecutor alone;  // The coarsest level is small.
-  StartLevel(levels, levels == 0 ? settings_ : coarse, alone);
+  StartLevel(levels, first, alone);
 }
 
 StopReason NestedBuild::Run(const Budget& budget, const Helpers& helpers) {

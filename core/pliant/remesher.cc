@@ -166,8 +166,11 @@ class Remesher::Impl {
         continue;
       }
       nested_.reset();
-      if (!followed_.limits_again()) break;
-      PLIANT_RETURN_IF_ERROR(Limit());
+      if (followed_.limits_again()) {
+        PLIANT_RETURN_IF_ERROR(Limit());
+      } else if (!loop_.Mend()) {
+        break;
+      }
     }
     progress.active_count = nested_ ? nested_->active_count() : loop_.active_count();
     progress.counts = loop_.counts();

@@ -192,11 +192,28 @@ FollowedMetric::State ReadMetricState(ByteReader& reader, const FollowedMetric::
   return state;
 }
 
+namespace {
+
+void PutNodes(std::span<const VertexId> nodes, ByteWriter& writer) {
+  std::vector<std::int32_t> slots;
+  slots.reserve(nodes.size());
+  for (const VertexId node : nodes) slots.push_back(node.value());
+  writer.PutColumn(slots);
+}
+
+std::vector<VertexId> TakeNodes(ByteReader& reader, std::int32_t vertex_slots) {
+  std::vector<VertexId> nodes;
+  for (const std::int32_t node : reader.TakeColumn<std::int32_t>()) {
+    if (node < 0 || node >= vertex_slots) reader.Fail();
+    nodes.emplace_back(node);
+  }
+  return nodes;
+}
+
+}  // namespace
+
 void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer) {
-  std::vector<std::int32_t> queue;
-  queue.reserve(state.queue.size());
-  for (const VertexId node : state.queue.entries()) queue.push_back(node.value());
-  writer.PutColumn(queue);
+  PutNodes(state.queue.entries(), writer);
   for (const std::uint64_t word : state.rng.state()) writer.Put(word);
   writer.Put(state.epoch);
   writer.Put(state.visits_in_update);
@@ -205,14 +222,15 @@ void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer) {
   writer.Put(state.settings.neighbor_threshold);
   writer.Put(state.settings.age_cooling);
   writer.Put(state.settings.age_max);
+  writer.Put(static_cast<std::uint8_t>(state.mending));
+  PutNodes(state.mender.moved, writer);
+  PutNodes(std::span(state.mender.waiting).subspan(state.mender.next), writer);
+  PutNodes(state.mender.next_round, writer);
 }
 
 PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots) {
   PliantLoop::State state;
-  for (const std::int32_t node : reader.TakeColumn<std::int32_t>()) {
-    if (node < 0 || node >= vertex_slots) reader.Fail();
-    state.queue.Push(VertexId(node));
-  }
+  for (const VertexId node : TakeNodes(reader, vertex_slots)) state.queue.Push(node);
   std::array<std::uint64_t, 4> words;
   for (std::uint64_t& word : words) word = reader.Take<std::uint64_t>();
   state.rng = Rng::At(words);
@@ -228,6 +246,12 @@ PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots) {
       settings.age_max > 250) {
     reader.Fail();
   }
+  const auto mending = reader.Take<std::uint8_t>();
+  if (mending > static_cast<std::uint8_t>(PliantLoop::Mending::kDone)) reader.Fail();
+  state.mending = static_cast<PliantLoop::Mending>(mending);
+  state.mender.moved = TakeNodes(reader, vertex_slots);
+  state.mender.waiting = TakeNodes(reader, vertex_slots);
+  state.mender.next_round = TakeNodes(reader, vertex_slots);
   return state;
 }
 

@@ -178,7 +178,7 @@ std::string Replica::Apply(const MeshDiff& diff) {
   }
   for (std::size_t i = 0; i < diff.metric_vertex_ids.size(); ++i) {
     const auto [it, made] = metrics_.try_emplace(diff.metric_vertex_ids[i], diff.metrics[i]);
-    if (!made && it->second == diff.metrics[i]) {
+    if (!made && SameBits(it->second, diff.metrics[i])) {
       return Text("metric of vertex ", diff.metric_vertex_ids[i], " ended as it began");
     }
     it->second = diff.metrics[i];

@@ -136,8 +136,8 @@ double ErrorAfterUpdate(double size, FieldLocation location, TransferKind kind) 
 TEST(Transfer, ConvergesAtTheOrderOfItsKind) {
   for (const FieldLocation location : kLocations) {
     for (const TransferKind kind : kKinds) {
-      const double order = std::log2(ErrorAfterUpdate(0.08, location, kind) /
-                                     ErrorAfterUpdate(0.02, location, kind)) /
+      const double order = std::log2(ErrorAfterUpdate(0.06, location, kind) /
+                                     ErrorAfterUpdate(0.015, location, kind)) /
                            2;
       const bool averaged =
           location == FieldLocation::kTriangle && kind == TransferKind::kConservative;

@@ -1,0 +1,303 @@
+#include "core/pliant/mend.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "core/geometry/predicates.h"
+
+namespace pliant {
+namespace {
+
+/// What is good enough: Q of a triangle, and the squared lengths of its edges.
+constexpr double kQualityWanted = 0.8;
+constexpr double kSquaredLongest = 1.42 * 1.42;
+constexpr double kSquaredShortest = 0.65 * 0.65;
+
+/// Triangles of this merit and above have no shortfall: a margin beyond good enough, so that what
+/// is mended is not undone by its neighbours' mending.
+constexpr double kMeritGoal = 1.1;
+
+/// A change must lessen the shortfall around it by this share, and by this much.
+constexpr double kGainShare = 0.05;
+constexpr double kGainMin = 1e-6;
+
+/// Steps of the compass search in metric length, tried one after the other, and how often each.
+constexpr std::array kSteps = {0.2, 0.1, 0.05, 0.025};
+constexpr int kRoundsPerStep = 4;
+/// A step of the search is taken if it leaves less than this share.
+constexpr double kSearchShare = 0.98;
+
+constexpr double kDiagonal = 0.7071;
+constexpr std::array<Vec2, 8> kCompass = {{{1, 0},
+                                           {kDiagonal, kDiagonal},
+                                           {0, 1},
+                                           {-kDiagonal, kDiagonal},
+                                           {-1, 0},
+                                           {-kDiagonal, -kDiagonal},
+                                           {0, -1},
+                                           {kDiagonal, -kDiagonal}}};
+
+/// What merit needs of a vertex.
+struct Corner {
+  Vec2 position;
+  Metric metric;
+};
+
+Corner CornerAt(const Mesh& mesh, VertexId vertex) {
+  const VertexRecord& record = mesh.vertex(vertex);
+  return {record.position, record.metric};
+}
+
+double SquaredLengthBetween(const Corner& a, const Corner& b) {
+  return 0.5 * SquaredLength(a.metric + b.metric, b.position - a.position);
+}
+
+double MeritOf(const Corner& a, const Corner& b, const Corner& c) {
+  const Vec2 ab = b.position - a.position;
+  const Vec2 bc = c.position - b.position;
+  const Vec2 ca = a.position - c.position;
+  const Metric sum = a.metric + b.metric + c.metric;
+  // Q of eq. 5 does not change when the metric is scaled, so the sum stands for the mean.
+  const double q = 2 * std::sqrt(3 * Determinant(sum)) * Cross(ab, bc) /
+                   (SquaredLength(sum, ab) + SquaredLength(sum, bc) + SquaredLength(sum, ca));
+  const double l_ab = SquaredLengthBetween(a, b);
+  const double l_bc = SquaredLengthBetween(b, c);
+  const double l_ca = SquaredLengthBetween(c, a);
+  const double longest = std::max({l_ab, l_bc, l_ca});
+  const double shortest = std::min({l_ab, l_bc, l_ca});
+  return std::min({q / kQualityWanted, kSquaredLongest / longest, shortest / kSquaredShortest});
+}
+
+double ShortfallOf(const Corner& a, const Corner& b, const Corner& c) {
+  const double lack = std::max(0.0, kMeritGoal - MeritOf(a, b, c));
+  return (lack * lack) * (lack * lack);
+}
+
+bool IsGain(double before, double after) {
+  return before - after >= std::max(kGainShare * before, kGainMin);
+}
+
+void SortAndDropRepeats(std::vector<VertexId>& nodes) {
+  std::sort(nodes.begin(), nodes.end());
+  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
+}
+
+}  // namespace
+
+void Mender::Start() {
+  if (!permissions_.move) return;
+  std::vector<VertexId> nodes(state_.waiting.begin() + static_cast<std::ptrdiff_t>(state_.next),
+                              state_.waiting.end());
+  if (edit_.committed() != Revision::kNone) {
+    for (const auto& [id, old] : edit_.log().vertices) {
+      if (!mesh_.IsLive(id)) continue;
+      for (const TriangleId fan : FansOf(mesh_, id)) {
+        star_.Gather(mesh_, id, fan);
+        for (const TriangleId t : star_.triangles()) AddCornersOf(t, nodes);
+      }
+    }
+  } else {
+    for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) AddCornersOf(TriangleId(t), nodes);
+  }
+  SortAndDropRepeats(nodes);
+  state_.waiting = std::move(nodes);
+  state_.next = 0;
+}
+
+Mender::Mended Mender::VisitNext(const MetricField& field) {
+  PLIANT_CHECK(!done());
+  const VertexId node = state_.waiting[state_.next++];
+  Mended mended;
+  if (mesh_.IsLive(node) && !mesh_.vertex(node).pinched) {
+    star_.Gather(mesh_, node);
+    while (permissions_.swap && SwapOne()) {
+      ++mended.swaps;
+      star_.Gather(mesh_, node);
+    }
+    const VertexRecord& record = mesh_.vertex(node);
+    if (!record.fixed && HasBadTriangle()) {
+      mended.moves = record.edge.valid() ? Slide(field) : Move(field);
+    }
+    if (mended.swaps + mended.moves > 0) {
+      for (const TriangleId t : star_.triangles()) AddCornersOf(t, state_.next_round);
+    }
+  }
+  if (done()) {
+    SortAndDropRepeats(state_.next_round);
+    state_.waiting = std::exchange(state_.next_round, {});
+    state_.next = 0;
+  }
+  return mended;
+}
+
+std::vector<VertexId> Mender::TakeMoved() {
+  SortAndDropRepeats(state_.moved);
+  return std::exchange(state_.moved, {});
+}
+
+void Mender::Renumber(std::span<const VertexId> new_ids) {
+  const auto renumber = [&](std::vector<VertexId>& nodes) {
+    for (VertexId& node : nodes) node = new_ids[node.index()];
+    std::erase_if(nodes, [](VertexId node) { return !node.valid(); });
+  };
+  state_.waiting.erase(state_.waiting.begin(),
+                       state_.waiting.begin() + static_cast<std::ptrdiff_t>(state_.next));
+  state_.next = 0;
+  renumber(state_.waiting);
+  renumber(state_.next_round);
+  renumber(state_.moved);
+}
+
+void Mender::AddCornersOf(TriangleId triangle, std::vector<VertexId>& nodes) const {
+  if (!mesh_.triangle(triangle).live || !IsBad(triangle)) return;
+  const auto& corners = mesh_.triangle(triangle).vertices;
+  nodes.insert(nodes.end(), corners.begin(), corners.end());
+}
+
+bool Mender::IsBad(TriangleId triangle) const {
+  const auto& v = mesh_.triangle(triangle).vertices;
+  return MeritOf(CornerAt(mesh_, v[0]), CornerAt(mesh_, v[1]), CornerAt(mesh_, v[2])) < 1;
+}
+
+bool Mender::HasBadTriangle() const {
+  return std::any_of(star_.triangles().begin(), star_.triangles().end(),
+                     [&](TriangleId t) { return IsBad(t); });
+}
+
+double Mender::StarShortfall(Vec2 position, const Metric& metric) const {
+  double sum = 0;
+  for (std::size_t k = 0; k < star_.triangles().size(); ++k) {
+    sum += ShortfallOf({position, metric}, CornerAt(mesh_, star_.ring()[k]),
+                       CornerAt(mesh_, star_.ring_after(k)));
+  }
+  return sum;
+}
+
+bool Mender::StaysPositive(Vec2 center) const {
+  for (std::size_t k = 0; k < star_.triangles().size(); ++k) {
+    if (Orient2d(center, mesh_.position(star_.ring()[k]), mesh_.position(star_.ring_after(k))) <=
+        0) {
+      return false;
+    }
+  }
+  return true;
+}
+
+bool Mender::Move(const MetricField& field) {
+  const VertexId node = star_.center();
+  const Metric m = mesh_.metric(node);
+  // Two vectors of metric length 1, orthogonal in the metric.
+  const double height = std::sqrt(Determinant(m) / m.m11);
+  const Vec2 first{1 / std::sqrt(m.m11), 0};
+  const Vec2 second{-m.m12 / (m.m11 * height), 1 / height};
+
+  Vec2 best = mesh_.position(node);
+  double least = StarShortfall(best, m);
+  for (const double step : kSteps) {
+    bool better = true;
+    for (int round = 0; better && round < kRoundsPerStep; ++round) {
+      better = false;
+      const Vec2 from = best;
+      for (const Vec2 direction : kCompass) {
+        const Vec2 target = from + step * (direction.x * first + direction.y * second);
+        const double shortfall = StarShortfall(target, m);
+        if (!(shortfall < kSearchShare * least)) continue;
+        least = shortfall;
+        best = target;
+        better = true;
+      }
+    }
+  }
+  const Arrival arrival = Arrive(field, best);
+  if (!arrival.better) return false;
+  edit_.MoveVertex(node, best);
+  edit_.SetMetric(node, arrival.metric);
+  edit_.Hint(node) = arrival.hint;
+  edit_.Visit(node).mended = true;
+  state_.moved.push_back(node);
+  return true;
+}
+
+bool Mender::Slide(const MetricField& field) {
+  const VertexId node = star_.center();
+  const auto [before, after] = mesh_.SegmentEdges(node);
+  const EdgeRecord& edge = mesh_.edge(before);
+  const SegmentRecord& line = mesh_.segments()[static_cast<std::size_t>(edge.segment)];
+  const Metric m = mesh_.metric(node);
+  const double unit =
+      1 / std::sqrt(SquaredLength(m, mesh_.position(line.b) - mesh_.position(line.a)));
+  const double low = edge.parameters[0];
+  const double high = mesh_.edge(after).parameters[1];
+
+  double best = edge.parameters[1];
+  double least = StarShortfall(mesh_.position(node), m);
+  for (const double step : kSteps) {
+    bool better = true;
+    for (int round = 0; better && round < kRoundsPerStep; ++round) {
+      better = false;
+      const double from = best;
+      for (const double t : {from - step * unit, from + step * unit}) {
+        if (!(low < t && t < high)) continue;
+        const double shortfall = StarShortfall(mesh_.PointOnSegment(edge.segment, t), m);
+        if (!(shortfall < kSearchShare * least)) continue;
+        least = shortfall;
+        best = t;
+        better = true;
+      }
+    }
+  }
+  const Arrival arrival = Arrive(field, mesh_.PointOnSegment(edge.segment, best));
+  if (!arrival.better) return false;
+  edit_.SlideVertex(node, best);
+  edit_.SetMetric(node, arrival.metric);
+  edit_.Hint(node) = arrival.hint;
+  edit_.Visit(node).mended = true;
+  state_.moved.push_back(node);
+  return true;
+}
+
+Mender::Arrival Mender::Arrive(const MetricField& field, Vec2 target) const {
+  const VertexId node = star_.center();
+  Arrival arrival;
+  arrival.hint = mesh_.hint(node);
+  if (target == mesh_.position(node) || !StaysPositive(target)) return arrival;
+  arrival.metric = field.At(target, arrival.hint);
+  arrival.better = IsGain(StarShortfall(mesh_.position(node), mesh_.metric(node)),
+                          StarShortfall(target, arrival.metric));
+  return arrival;
+}
+
+bool Mender::SwapOne() {
+  for (const TriangleId t : star_.triangles()) {
+    if (!IsBad(t)) continue;
+    for (int corner = 0; corner < 3; ++corner) {
+      if (!WantsSwap({t, corner})) continue;
+      edit_.SwapEdge({t, corner});
+      return true;
+    }
+  }
+  return false;
+}
+
+bool Mender::WantsSwap(Side side) const {
+  const TriangleRecord& triangle = mesh_.triangle(side.triangle);
+  const auto corner = static_cast<std::size_t>(side.corner);
+  const TriangleId beyond = triangle.neighbors[corner];
+  if (!beyond.valid() || ((triangle.constrained >> side.corner) & 1) != 0) return false;
+  const Corner y = CornerAt(mesh_, triangle.vertices[corner]);
+  const Corner z =
+      CornerAt(mesh_, triangle.vertices[static_cast<std::size_t>(NextCorner(side.corner))]);
+  const Corner x =
+      CornerAt(mesh_, triangle.vertices[static_cast<std::size_t>(PreviousCorner(side.corner))]);
+  const int far = mesh_.SideTowards(beyond, side.triangle);
+  const Corner w = CornerAt(mesh_, mesh_.triangle(beyond).vertices[static_cast<std::size_t>(far)]);
+  if (Orient2d(y.position, z.position, w.position) <= 0 ||
+      Orient2d(w.position, x.position, y.position) <= 0) {
+    return false;
+  }
+  return IsGain(ShortfallOf(x, y, z) + ShortfallOf(z, w, x),
+                ShortfallOf(y, z, w) + ShortfallOf(w, x, y));
+}
+
+}  // namespace pliant

@@ -1,0 +1,97 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/mesh_edit.h"
+#include "core/mesh/star.h"
+#include "core/metric/metric_field.h"
+#include "core/pliant/options.h"
+
+namespace pliant {
+
+/// Cures the tail that a converged loop leaves: the few triangles that are flat, and the few edges
+/// that are too long or too short, at pairs of vertices of degree 5 and 7, at corners, and where
+/// the last nodes were inserted. One triangle in some hundreds.
+///
+/// A triangle has a merit: 1 where it is just good enough, less where it is worse,
+///
+///     merit = min(Q / 0.8, (1.42 / l)^2, (l / 0.65)^2)   over its edges l,
+///
+/// and a shortfall, max(0, 1.1 - merit)^4. A node at a triangle of merit below 1 is moved (on its
+/// segment, if it lies on one) to where the sum of the shortfalls around it is least, by a compass
+/// search; an edge is swapped where that lessens the sum over its two triangles. Triangles of merit
+/// 1.1 have no say, so that good nodes stay where the loop has put them.
+///
+/// Ends: the sum of the shortfalls over the mesh is finite and not negative, and every change
+/// lessens it by at least `kGainMin`; only a change makes other nodes wait.
+///
+/// *Invariants*: every triangle is positive after every visit.
+/// *Threads*: one caller at a time.
+class Mender {
+ public:
+  Mender(MeshEdit& edit, const Permissions& permissions)
+      : edit_(edit), mesh_(edit.mesh()), permissions_(permissions) {}
+
+  /// Looks for bad triangles and lets their vertices wait for a visit: before the first commit
+  /// everywhere, after it at the vertices that have changed since the last one.
+  /// @par Cost O(changed); before the first commit O(mesh)
+  void Start();
+
+  [[nodiscard]] bool done() const { return state_.next == state_.waiting.size(); }
+  [[nodiscard]] std::size_t waiting_count() const { return state_.waiting.size() - state_.next; }
+
+  /// What a visit did.
+  struct Mended {
+    int moves = 0;
+    int swaps = 0;
+  };
+  /// Visits the first node that waits. @pre !done()
+  Mended VisitNext(const MetricField& field);
+
+  /// The nodes that were moved since the last call, ascending, each once.
+  std::vector<VertexId> TakeMoved();
+
+  /// Nodes are visited in rounds, each in ascending order of slot: the next round has the vertices
+  /// of triangles that a visit changed and that are still bad.
+  struct State {
+    std::vector<VertexId> moved;  // Since the last TakeMoved.
+    std::vector<VertexId> waiting;
+    std::size_t next = 0;
+    std::vector<VertexId> next_round;
+  };
+  [[nodiscard]] const State& state() const { return state_; }
+  void Restore(State state) { state_ = std::move(state); }
+  /// Gives waiting nodes other slots, after MeshEdit::Compact.
+  void Renumber(std::span<const VertexId> new_ids);
+
+ private:
+  [[nodiscard]] bool IsBad(TriangleId triangle) const;
+  /// Sum of the shortfalls of the star's triangles with its center at `position`.
+  [[nodiscard]] double StarShortfall(Vec2 position, const Metric& metric) const;
+  [[nodiscard]] bool HasBadTriangle() const;
+  [[nodiscard]] bool StaysPositive(Vec2 center) const;
+  bool Move(const MetricField& field);
+  bool Slide(const MetricField& field);
+  /// The metric at a better place for the center, if it is better in that metric too.
+  struct Arrival {
+    bool better = false;
+    Metric metric;
+    std::int32_t hint = 0;
+  };
+  [[nodiscard]] Arrival Arrive(const MetricField& field, Vec2 target) const;
+  bool SwapOne();
+  [[nodiscard]] bool WantsSwap(Side side) const;
+  void AddCornersOf(TriangleId triangle, std::vector<VertexId>& nodes) const;
+
+  MeshEdit& edit_;
+  const Mesh& mesh_;
+  const Permissions permissions_;
+  Star star_;
+  State state_;
+};
+
+}  // namespace pliant

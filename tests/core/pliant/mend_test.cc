@@ -1,0 +1,159 @@
+#include "core/pliant/mend.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/delaunay/import_mesh.h"
+#include "core/mesh/export_mesh.h"
+#include "core/mesh/validate.h"
+#include "core/metric/function_field.h"
+#include "core/pliant/quality.h"
+#include "core/pliant/remesher.h"
+#include "tests/support/cases.h"
+
+namespace pliant {
+namespace {
+
+std::unique_ptr<Remesher> BuiltFrom(testing::Case test_case, const Options& options = {}) {
+  auto remesher = Remesher::Create(test_case.domain, std::move(test_case.field), options);
+  EXPECT_EQ(remesher.value()->Step(Budget{})->stop_reason, StopReason::kConverged);
+  return std::move(remesher).value();
+}
+
+/// A mesh of the given triangles over a constant metric of size 1, with a mender for it.
+struct Patchwork {
+  explicit Patchwork(const MeshData& data) : edit(mesh), mender(edit, Permissions{}) {
+    BuildFromPlan(*PlanImport(data), edit);
+    for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
+      edit.SetMetric(VertexId(v), Metric::Isotropic(1));
+    }
+  }
+  void Run() {
+    mender.Start();
+    while (!mender.done()) mender.VisitNext(field);
+    EXPECT_TRUE(Validate(mesh).empty());
+  }
+
+  static Metric UnitMetric(Vec2) { return Metric::Isotropic(1); }
+
+  FunctionField<Metric (*)(Vec2)> field{&UnitMetric};
+  Mesh mesh;
+  MeshEdit edit;
+  Mender mender;
+};
+
+/// A hexagon of circumradius 1 around a vertex that stands at `center`.
+MeshData Hexagon(Vec2 center) {
+  MeshData data;
+  for (int k = 0; k < 6; ++k) {
+    const double angle = k * std::acos(-1.0) / 3;
+    data.points.push_back({std::cos(angle), std::sin(angle)});
+    data.triangles.push_back({k, (k + 1) % 6, 6});
+  }
+  data.points.push_back(center);
+  return data;
+}
+
+// Goal: what no smoothing cures is cured: in every case of the peer benchmark the worst triangle
+// and the longest edge are good enough, but at the corners of the domain.
+TEST(Mender, CuresTheTail) {
+  for (const double n : {2000.0, 5000.0, 10000.0}) {
+    for (const auto& make :
+         {&testing::GaussianCase, &testing::DiagonalCase, &testing::SharpShockCase}) {
+      const auto remesher = BuiltFrom(make(n));
+      const Quality quality = MeasureQuality(remesher->mesh(), remesher->field());
+      EXPECT_GE(quality.q_min, 0.75);
+      EXPECT_LE(quality.averaged.max, 1.5);
+      EXPECT_GE(quality.averaged.min, 0.6);
+    }
+  }
+}
+
+// Goal: a node in a place that makes a flat triangle is brought back to a good one.
+TEST(Mender, MovesANodeToWhereItsTrianglesAreGood) {
+  Patchwork patchwork(Hexagon({0.6, 0.3}));
+  patchwork.Run();
+  const Quality quality = MeasureQuality(patchwork.mesh, patchwork.field);
+  EXPECT_GE(quality.q_min, 0.8);
+  EXPECT_TRUE(patchwork.mesh.vertex(VertexId(6)).visit.mended);
+}
+
+// Goal: what is good enough keeps its place bit for bit, even if it is not best.
+TEST(Mender, LeavesGoodNodesWhereTheyAre) {
+  const Vec2 place{0.05, -0.04};
+  Patchwork patchwork(Hexagon(place));
+  patchwork.Run();
+  EXPECT_EQ(patchwork.mesh.position(VertexId(6)), place);
+  EXPECT_FALSE(patchwork.mesh.vertex(VertexId(6)).visit.mended);
+}
+
+// Goal: the wrong diagonal of a rhombus is swapped for the right one.
+TEST(Mender, SwapsALongDiagonal) {
+  const double h = std::sqrt(3.0) / 2;
+  MeshData data;
+  data.points = {{-h, 0}, {0, -0.5}, {h, 0}, {0, 0.5}};
+  data.triangles = {{0, 1, 2}, {0, 2, 3}};
+  Patchwork patchwork(data);
+  patchwork.Run();
+  EXPECT_NEAR(MeasureQuality(patchwork.mesh, patchwork.field).q_min, 1, 1e-12);
+}
+
+// Goal: mending ends where it cannot help: a needle stays, and everything else with it.
+TEST(Mender, EndsWhereNothingHelps) {
+  MeshData data;
+  data.points = {{0, 0}, {10, 0}, {10, 0.1}};
+  data.triangles = {{0, 1, 2}};
+  Patchwork patchwork(data);
+  patchwork.Run();
+  EXPECT_EQ(ExportMesh(patchwork.mesh).data.points, data.points);
+}
+
+// Goal: a client that forbids moves gets none from mending either.
+TEST(Mender, RespectsPermissions) {
+  Patchwork patchwork(Hexagon({0.6, 0.3}));
+  Mender mender(patchwork.edit, Permissions{.move = false});
+  mender.Start();
+  EXPECT_TRUE(mender.done());
+}
+
+// Goal: an update looks only where something has changed.
+TEST(Mender, LooksOnlyAtWhatHasChangedAfterACommit) {
+  Patchwork patchwork(Hexagon({0.6, 0.3}));
+  patchwork.edit.Commit(Revision{1});
+  patchwork.mender.Start();
+  EXPECT_TRUE(patchwork.mender.done());
+  patchwork.edit.MoveVertex(VertexId(6), {0.6, 0.2});
+  patchwork.mender.Start();
+  EXPECT_FALSE(patchwork.mender.done());
+}
+
+// Goal: what is mended stays: updates that wake every node again without a change of the metric
+// leave the worst triangle and the longest edge as good as they were.
+TEST(Mender, IsNotUndoneByTheLoop) {
+  auto remesher = BuiltFrom(testing::ShockCase(4000));
+  remesher->Commit();
+  for (int round = 0; round < 5; ++round) {
+    std::vector<VertexId> vertices;
+    std::vector<Metric> tensors;
+    for (std::int32_t v = 0; v < remesher->mesh().vertex_slots(); ++v) {
+      if (!remesher->mesh().IsLive(VertexId(v)) || v % 5 != round) continue;
+      vertices.emplace_back(v);
+      // More than the tolerance, so that the nodes wake, and back again.
+      tensors.push_back((round % 2 == 0 ? 1.06 : 0.94) * remesher->mesh().metric(VertexId(v)));
+    }
+    ASSERT_TRUE(remesher->SetTensors(vertices, tensors).ok());
+    ASSERT_EQ(remesher->Step(Budget{})->stop_reason, StopReason::kConverged);
+    remesher->Commit();
+    const Quality quality = MeasureQuality(remesher->mesh(), remesher->field());
+    EXPECT_GE(quality.q_min, 0.7) << "round " << round;
+    EXPECT_LE(quality.averaged.max, 1.55) << "round " << round;
+  }
+}
+
+}  // namespace
+}  // namespace pliant
