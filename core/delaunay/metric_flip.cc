@@ -45,14 +45,13 @@ std::int32_t MetricFlipper::AroundInserted(VertexId vertex) {
   return Run(Spread::kOppositeApex, INT32_MAX);
 }
 
-std::int32_t MetricFlipper::Within(const std::vector<TriangleId>& triangles, const Metric& metric) {
-  inside_ = &triangles;
+std::int32_t MetricFlipper::Within(std::span<const TriangleId> triangles, const Metric& metric) {
+  inside_ = triangles;
   metric_ = &metric;
   for (const TriangleId id : triangles) {
     for (const VertexId apex : mesh_.triangle(id).vertices) stack_.push_back({id, apex});
   }
   const std::int32_t swaps = Run(Spread::kAllSides, kSwapsAfterMoveMax);
-  inside_ = nullptr;
   metric_ = nullptr;
   return swaps;
 }
@@ -89,7 +88,7 @@ int MetricFlipper::SwappableCorner(const Entry& entry) const {
   if (corner == 3) return -1;
   if (((t.constrained >> corner) & 1) != 0) return -1;
   const TriangleId other = t.neighbors[static_cast<std::size_t>(corner)];
-  if (inside_ != nullptr && std::find(inside_->begin(), inside_->end(), other) == inside_->end()) {
+  if (metric_ != nullptr && std::find(inside_.begin(), inside_.end(), other) == inside_.end()) {
     return -1;
   }
   const auto far = static_cast<std::size_t>(mesh_.SideTowards(other, entry.triangle));

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <span>
 #include <vector>
 
 #include "core/base/ids.h"
@@ -39,7 +40,7 @@ class MetricFlipper {
   std::int32_t AroundInserted(VertexId vertex);
 
   /// After a deletion: edges between two of `triangles`, measured in one metric.
-  std::int32_t Within(const std::vector<TriangleId>& triangles, const Metric& metric);
+  std::int32_t Within(std::span<const TriangleId> triangles, const Metric& metric);
 
  private:
   /// An edge by a triangle and the corner opposite. It may be out of date when its turn comes:
@@ -57,8 +58,8 @@ class MetricFlipper {
   MeshEdit& edit_;
   const Mesh& mesh_;
   std::vector<Entry> stack_;
-  const std::vector<TriangleId>* inside_ = nullptr;  // Of Within: both triangles must be here.
-  const Metric* metric_ = nullptr;                   // Of Within.
+  std::span<const TriangleId> inside_;  // Of Within: both triangles must be here.
+  const Metric* metric_ = nullptr;      // Of Within, and null elsewhere.
 };
 
 }  // namespace pliant

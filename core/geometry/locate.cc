@@ -58,30 +58,37 @@ bool Contains(const std::array<Vec2, 3>& corners, Vec2 p) {
   return signs[0] >= 0 && signs[1] >= 0 && signs[2] >= 0;
 }
 
+/// Weights of a point of the triangle from the areas that it spans with the sides.
+std::array<double, 3> WeightsFromAreas(const std::array<Vec2, 3>& corners, Vec2 p,
+                                       const std::array<double, 3>& areas) {
+  // Below this share of the squared longest side, the areas are mostly rounding, and the nearest
+  // boundary point, which is then within rounding of p, has the better weights.
+  constexpr double kSliver = 0x1p-40;
+  double squared_side = 0;
+  for (std::size_t i = 0; i < 3; ++i) {
+    const Vec2 side = (corners[(i + 2) % 3] - p) - (corners[(i + 1) % 3] - p);
+    squared_side = std::max(squared_side, Dot(side, side));
+  }
+  const double sum = areas[0] + areas[1] + areas[2];
+  if (!(sum > kSliver * squared_side) || !std::isfinite(sum)) {
+    return NearestOnBoundary(corners, p).weights;
+  }
+  return {areas[0] / sum, areas[1] / sum, areas[2] / sum};
+}
+
 /// Weights of a point of the triangle. A weight is exactly 0 where p lies on the opposite side.
 std::array<double, 3> InteriorWeights(const std::array<Vec2, 3>& corners, Vec2 p,
                                       const std::array<int, 3>& signs) {
-  // Below this share of the squared longest side, the cross products are mostly rounding, and the
-  // nearest boundary point, which is then within rounding of p, has the better weights.
-  constexpr double kSliver = 0x1p-40;
   if (std::ranges::count(signs, 0) == 1) {
     const auto on_side = static_cast<std::size_t>(std::ranges::find(signs, 0) - signs.begin());
     return NearestOnSide(corners, on_side, p).weights;
   }
-  std::array<double, 3> weights;
-  double squared_side = 0;
+  std::array<double, 3> areas;
   for (std::size_t i = 0; i < 3; ++i) {
-    const Vec2 to_next = corners[(i + 1) % 3] - p;
-    const Vec2 to_last = corners[(i + 2) % 3] - p;
-    weights[i] = signs[i] > 0 ? std::max(0.0, Cross(to_next, to_last)) : 0;
-    squared_side = std::max(squared_side, Dot(to_last - to_next, to_last - to_next));
+    areas[i] =
+        signs[i] > 0 ? std::max(0.0, Cross(corners[(i + 1) % 3] - p, corners[(i + 2) % 3] - p)) : 0;
   }
-  const double sum = weights[0] + weights[1] + weights[2];
-  if (!(sum > kSliver * squared_side) || !std::isfinite(sum)) {
-    return NearestOnBoundary(corners, p).weights;
-  }
-  for (double& weight : weights) weight /= sum;
-  return weights;
+  return WeightsFromAreas(corners, p, areas);
 }
 
 }  // namespace
@@ -102,8 +109,42 @@ TriangleLocator::TriangleLocator(std::vector<Vec2> points,
 }
 
 Location TriangleLocator::Locate(Vec2 p, std::int32_t hint) const {
-  const std::int32_t triangle = IsTriangle(hint) ? Walk(p, hint) : -1;
+  const bool hinted = IsTriangle(hint);
+  // Without a hint a way across the whole triangulation is still cheaper than making the tree.
+  const Location end =
+      WalkStraight(p, hinted ? hint : 0, hinted ? kWalkStepsMax : kWalkStepsMax + CrossingSteps());
+  if (end.inside) return end;
+  const std::int32_t triangle = Walk(p, end.triangle);
   return triangle >= 0 ? Canonical(p, triangle) : Search(p);
+}
+
+std::size_t TriangleLocator::CrossingSteps() const {
+  return 4 * static_cast<std::size_t>(std::sqrt(static_cast<double>(triangles_.size())));
+}
+
+/// The usual case without exact arithmetic: leaves each triangle by the side that p is farthest
+/// beyond, and answers if p ends up inside a triangle and clear of its sides. Otherwise the answer
+/// is not `inside` and has only the triangle where the walk ended.
+Location TriangleLocator::WalkStraight(Vec2 p, std::int32_t start, std::size_t steps_max) const {
+  std::int32_t at = start;
+  for (std::size_t step = 0; step < steps_max; ++step) {
+    const std::array<Vec2, 3> corners = Corners(at);
+    const std::array<Vec2, 3> to = {corners[0] - p, corners[1] - p, corners[2] - p};
+    const std::array<double, 3> areas = {Cross(to[1], to[2]), Cross(to[2], to[0]),
+                                         Cross(to[0], to[1])};
+    const bool inside = internal::MarginOfOrient2d(corners[1], corners[2], p) > 0 &&
+                        internal::MarginOfOrient2d(corners[2], corners[0], p) > 0 &&
+                        internal::MarginOfOrient2d(corners[0], corners[1], p) > 0;
+    if (inside) {
+      return {.triangle = at, .weights = WeightsFromAreas(corners, p, areas), .inside = true};
+    }
+    std::size_t side = areas[1] < areas[0] ? 1 : 0;
+    if (areas[2] < areas[side]) side = 2;
+    const std::int32_t next = areas[side] < 0 ? neighbors_[AsIndex(at)][side] : -1;
+    if (next < 0) break;
+    at = next;
+  }
+  return {.triangle = at, .weights = {}, .inside = false};
 }
 
 /// A visibility walk: leaves each triangle by a side that has p beyond it. The first side to be
@@ -186,11 +227,6 @@ const BoxTree& TriangleLocator::Tree() const {
     }
     return BoxTree(boxes);
   });
-}
-
-std::array<Vec2, 3> TriangleLocator::Corners(std::int32_t t) const {
-  const std::array<std::int32_t, 3>& corners = triangles_[AsIndex(t)];
-  return {points_[AsIndex(corners[0])], points_[AsIndex(corners[1])], points_[AsIndex(corners[2])]};
 }
 
 std::vector<std::array<std::int32_t, 3>> FindNeighbors(

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <span>
@@ -59,7 +60,14 @@ class TriangleLocator {
   [[nodiscard]] bool IsTriangle(std::int32_t t) const {
     return t >= 0 && t < static_cast<std::int32_t>(triangles_.size());
   }
-  [[nodiscard]] std::array<Vec2, 3> Corners(std::int32_t t) const;
+  [[nodiscard]] std::array<Vec2, 3> Corners(std::int32_t t) const {
+    const auto& [a, b, c] = triangles_[static_cast<std::size_t>(t)];
+    return {points_[static_cast<std::size_t>(a)], points_[static_cast<std::size_t>(b)],
+            points_[static_cast<std::size_t>(c)]};
+  }
+  /// Steps of a walk that may lead from one end of the triangulation to the other.
+  [[nodiscard]] std::size_t CrossingSteps() const;
+  [[nodiscard]] Location WalkStraight(Vec2 p, std::int32_t start, std::size_t steps_max) const;
   [[nodiscard]] std::int32_t Walk(Vec2 p, std::int32_t start) const;
   [[nodiscard]] Location Canonical(Vec2 p, std::int32_t triangle) const;
   [[nodiscard]] Location Search(Vec2 p) const;

@@ -8,16 +8,25 @@ namespace pliant {
 
 namespace internal {
 
+// (3 + 16e)e times the sum of magnitudes bounds the rounding of Orient2d [Shewchuk1997]; the
+// smallest normal number is far above what underflow can add. Overflow makes comparisons false.
+inline constexpr double kOrientRelative = (3 + 16 * 0x1p-53) * 0x1p-53;
+inline constexpr double kOrientAbsolute = 0x1p-1022;
+
+/// Positive exactly where FilterOrient2d is +1; without a branch, for loops over many triangles.
+[[nodiscard]] inline double MarginOfOrient2d(Vec2 a, Vec2 b, Vec2 c) {
+  const double left = (a.x - c.x) * (b.y - c.y);
+  const double right = (a.y - c.y) * (b.x - c.x);
+  return (left - right) -
+         (kOrientRelative * (std::fabs(left) + std::fabs(right)) + kOrientAbsolute);
+}
+
 /// -1 or +1 where floating point is sure of the sign of Orient2d, 0 where it is not.
 [[nodiscard]] inline int FilterOrient2d(Vec2 a, Vec2 b, Vec2 c) {
-  // (3 + 16e)e times the sum of magnitudes bounds the rounding [Shewchuk1997]; the smallest normal
-  // number is far above what underflow can add. Overflow makes the comparisons false.
-  constexpr double kRelative = (3 + 16 * 0x1p-53) * 0x1p-53;
-  constexpr double kAbsolute = 0x1p-1022;
   const double left = (a.x - c.x) * (b.y - c.y);
   const double right = (a.y - c.y) * (b.x - c.x);
   const double determinant = left - right;
-  const double bound = kRelative * (std::fabs(left) + std::fabs(right)) + kAbsolute;
+  const double bound = kOrientRelative * (std::fabs(left) + std::fabs(right)) + kOrientAbsolute;
   if (determinant > bound) return 1;
   if (determinant < -bound) return -1;
   return 0;

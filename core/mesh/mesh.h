@@ -75,7 +75,7 @@ struct EdgeRecord {
 
 /// An array over the elements of a mesh.
 template <class Record>
-using MeshVector = std::vector<Record, LargePageAllocator<Record>>;
+using MeshVector = LargeVector<Record>;
 
 /// A straight line that constrained edges lie on, by its end vertices, which are fixed.
 struct SegmentRecord {
@@ -134,19 +134,17 @@ class Mesh {
   /// The corner of `triangle` that is `vertex`. @pre it has that corner
   [[nodiscard]] int CornerOf(TriangleId triangle_id, VertexId vertex_id) const {
     const auto& corners = triangle(triangle_id).vertices;
-    if (corners[0] == vertex_id) return 0;
-    if (corners[1] == vertex_id) return 1;
-    PLIANT_DCHECK(corners[2] == vertex_id, "triangle", triangle_id, "vertex", vertex_id);
-    return 2;
+    PLIANT_DCHECK(corners[0] == vertex_id || corners[1] == vertex_id || corners[2] == vertex_id,
+                  "triangle", triangle_id, "vertex", vertex_id);
+    return IndexAmong(corners[1] == vertex_id, corners[2] == vertex_id);
   }
 
   /// The side of `triangle` behind which `neighbor` lies. @pre they are neighbours
   [[nodiscard]] int SideTowards(TriangleId triangle_id, TriangleId neighbor) const {
     const auto& neighbors = triangle(triangle_id).neighbors;
-    if (neighbors[0] == neighbor) return 0;
-    if (neighbors[1] == neighbor) return 1;
-    PLIANT_DCHECK(neighbors[2] == neighbor, "triangle", triangle_id, "neighbor", neighbor);
-    return 2;
+    PLIANT_DCHECK(neighbors[0] == neighbor || neighbors[1] == neighbor || neighbors[2] == neighbor,
+                  "triangle", triangle_id, "neighbor", neighbor);
+    return IndexAmong(neighbors[1] == neighbor, neighbors[2] == neighbor);
   }
 
   /// The constrained edge between two vertices, in either direction; none if there is no such edge.
@@ -162,6 +160,11 @@ class Mesh {
   [[nodiscard]] TriangleId FanStart(VertexId vertex_id, TriangleId start) const;
 
  private:
+  /// 0, 1 or 2 without a branch: which of three it is cannot be predicted.
+  static int IndexAmong(bool is_second, bool is_third) {
+    return static_cast<int>(is_second) + 2 * static_cast<int>(is_third && !is_second);
+  }
+
   friend class MeshEdit;
   friend class MeshBreaker;  // Of validate_test.cc: makes every fault that Validate looks for.
 

@@ -52,11 +52,6 @@ void MeshEdit::Fix(VertexId vertex) {
   if (!mesh_.vertex(vertex).fixed) TouchVertex(vertex).fixed = true;
 }
 
-void MeshEdit::MoveVertex(VertexId vertex, Vec2 position) {
-  TouchVertex(vertex).position = position;
-  CheckAfter(vertex);
-}
-
 void MeshEdit::SlideVertex(VertexId vertex, double t) {
   const auto [before, after] = mesh_.SegmentEdges(vertex);
   PLIANT_DCHECK(mesh_.edge(before).segment == mesh_.edge(after).segment, "vertex", vertex);
@@ -67,12 +62,6 @@ void MeshEdit::SlideVertex(VertexId vertex, double t) {
   TouchVertex(vertex).position = mesh_.PointOnSegment(mesh_.edge(before).segment, t);
   CheckAfter(vertex);
 }
-
-void MeshEdit::SetMetric(VertexId vertex, const Metric& metric) {
-  TouchVertex(vertex).metric = metric;
-}
-
-VisitState& MeshEdit::Visit(VertexId vertex) { return TouchVertex(vertex).visit; }
 
 void MeshEdit::SwapEdge(Side side) {
   const int i = side.corner;

@@ -95,7 +95,10 @@ class MeshEdit {
   /// Marks a vertex as given: the loop neither moves nor deletes it.
   void Fix(VertexId vertex);
 
-  void MoveVertex(VertexId vertex, Vec2 position);
+  void MoveVertex(VertexId vertex, Vec2 position) {
+    TouchVertex(vertex).position = position;
+    CheckAfter(vertex);
+  }
   /// The same as one of many that move together: triangles are looked at when all are in place.
   void PlaceVertex(VertexId vertex, Vec2 position);
   /// Moves a vertex along its segment to parameter t, and to the segment's point there.
@@ -104,9 +107,9 @@ class MeshEdit {
   /// Writes down another parameter of a vertex inside a segment, and leaves it where it is: for
   /// motions of a whole segment, which put every vertex of it in its place.
   void SetParameter(VertexId vertex, double t);
-  void SetMetric(VertexId vertex, const Metric& metric);
+  void SetMetric(VertexId vertex, const Metric& metric) { TouchVertex(vertex).metric = metric; }
   /// Writable state of the loop. The reference is valid until the next call that adds vertices.
-  VisitState& Visit(VertexId vertex);
+  VisitState& Visit(VertexId vertex) { return TouchVertex(vertex).visit; }
   /// Writable without a trace in the log: hints never decide anything.
   std::int32_t& Hint(VertexId vertex) { return mesh_.hints_[vertex.index()]; }
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <locale>
 #include <optional>
+#include <span>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -43,27 +44,40 @@ Status CheckTriangle(const MeshData& mesh, std::size_t index) {
 /// Refuses two triangles on the same side of an edge. Three triangles at an edge always have two.
 Status CheckEdges(const MeshData& mesh) {
   struct Side {
-    std::int32_t from;
     std::int32_t to;
-    std::size_t triangle;
+    std::int32_t triangle;
     auto operator<=>(const Side&) const = default;
   };
-  std::vector<Side> sides;
-  sides.reserve(3 * mesh.triangles.size());
+  // In buckets by the point where a side begins; each holds a handful.
+  std::vector<std::size_t> first(mesh.points.size() + 1, 0);
+  for (const auto& corners : mesh.triangles) {
+    for (const std::int32_t corner : corners) ++first[static_cast<std::size_t>(corner) + 1];
+  }
+  for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
+  std::vector<Side> sides(3 * mesh.triangles.size());
+  std::vector<std::size_t> next(first.begin(), first.end() - 1);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
     const auto& corners = mesh.triangles[i];
-    for (std::size_t k = 0; k < 3; ++k) sides.push_back({corners[k], corners[(k + 1) % 3], i});
+    for (std::size_t k = 0; k < 3; ++k) {
+      sides[next[static_cast<std::size_t>(corners[k])]++] = {corners[(k + 1) % 3],
+                                                             static_cast<std::int32_t>(i)};
+    }
   }
-  std::ranges::sort(sides);
-  const auto clash = std::ranges::adjacent_find(
-      sides, [](const Side& a, const Side& b) { return a.from == b.from && a.to == b.to; });
-  if (clash == sides.end()) return {};
-  Error error = BadTriangle(ErrorCode::kNonManifoldEdge, clash->triangle,
-                            "and triangle " + std::to_string(std::next(clash)->triangle) +
-                                " lie on the same side of the edge between points " +
-                                std::to_string(clash->from) + " and " + std::to_string(clash->to));
-  error.other_index = static_cast<std::int64_t>(std::next(clash)->triangle);
-  return error;
+  for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+    const std::span<Side> bucket(sides.data() + first[v], first[v + 1] - first[v]);
+    std::ranges::sort(bucket);
+    const auto clash = std::ranges::adjacent_find(bucket, {}, &Side::to);
+    if (clash == bucket.end()) continue;
+    const auto other = static_cast<std::int64_t>(std::next(clash)->triangle);
+    Error error =
+        BadTriangle(ErrorCode::kNonManifoldEdge, static_cast<std::size_t>(clash->triangle),
+                    "and triangle " + std::to_string(other) +
+                        " lie on the same side of the edge between points " + std::to_string(v) +
+                        " and " + std::to_string(clash->to));
+    error.other_index = other;
+    return error;
+  }
+  return {};
 }
 
 Status CheckMesh(const MeshData& mesh) {

@@ -337,7 +337,7 @@ bool Advance::RemoveOne(TriangleId id) {
 
 bool Advance::Remove(VertexId vertex) {
   star_.Gather(mesh_, vertex);
-  const std::vector<VertexId> ring = star_.ring();
+  const std::vector<VertexId> ring(star_.ring().begin(), star_.ring().end());
   const std::optional<std::int32_t> swaps = RemoveNode(edit_, flipper_, star_);
   if (!swaps) return false;
   ++report_.removed_count;

@@ -157,7 +157,9 @@ void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
 
 PliantLoop::Heat PliantLoop::HeatOf(const VisitState& visit) const {
   const LoopSettings& settings = state_.settings;
-  if (options_.variant == Variant::kPaper) return {1, 1, settings.alpha};
+  if (options_.variant == Variant::kPaper || visit.age <= settings.age_cooling) {
+    return {1, 1, settings.alpha};
+  }
   const double x = std::clamp(static_cast<double>(visit.age - settings.age_cooling) /
                                   (settings.age_max - settings.age_cooling),
                               0.0, 1.0);
@@ -209,12 +211,16 @@ void PliantLoop::WakeAll(const MetricField& field, Executor& executor) {
   std::vector<Woken> woken(static_cast<std::size_t>(chunks.count()));
   executor.Run(chunks.count(), [&](std::int32_t chunk) {
     Woken& nodes = woken[static_cast<std::size_t>(chunk)];
+    std::int32_t last_hint = MetricField::kNoHint;
     for (std::int64_t v = chunks.begin(chunk); v < chunks.end(chunk); ++v) {
       const VertexId node(static_cast<std::int32_t>(v));
       const VertexRecord& record = mesh_.vertex(node);
       if (!record.live) continue;
       const bool is_new = record.visit.epoch == 0;
+      // Where nobody has asked yet, the vertex before is near.
+      if (mesh_.hint(node) == MetricField::kNoHint) edit_.Hint(node) = last_hint;
       RefreshMetric(field, node);
+      last_hint = mesh_.hint(node);
       if (MarkAwake(node)) (is_new ? nodes.new_nodes : nodes.old_nodes).push_back(node);
     }
   });
@@ -222,7 +228,7 @@ void PliantLoop::WakeAll(const MetricField& field, Executor& executor) {
   for (const Woken& nodes : woken) TakeOver(nodes.new_nodes);
 }
 
-void PliantLoop::Push(VertexId node, int hop) {
+void PliantLoop::Enter(VertexId node, int hop) {
   VisitState visit = CurrentVisit(node);
   visit.hop = static_cast<std::uint8_t>(std::min<int>(visit.hop, hop));
   const bool cools = options_.variant != Variant::kPaper;
@@ -240,13 +246,9 @@ void PliantLoop::PushRing(const Star& star, int hop) {
   for (const VertexId neighbor : star.ring()) Push(neighbor, hop);
 }
 
-void PliantLoop::PushRing(VertexId node, int hop) {
-  star_.Gather(mesh_, node);
-  PushRing(star_, hop);
-}
-
 void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
-  VisitState visit = CurrentVisit(node);
+  VisitState& visit = edit_.Visit(node);
+  if (visit.epoch != state_.epoch) visit = CurrentVisit(node);
   visit.active = false;
   if (options_.variant != Variant::kPaper) {
     // Before anything else: the proof of termination needs new nodes to see the higher age.
@@ -254,7 +256,6 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
     if (visit.age >= state_.settings.age_max) ++state_.counts.cooled;
     if (visit.age >= state_.settings.age_cooling) visit.tired = true;
   }
-  edit_.Visit(node) = visit;
   // The loop alone would undo what mending did; if that is needed, mending sees to it again.
   if (visit.mended) return;
   const Heat heat = HeatOf(visit);
@@ -269,7 +270,7 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
   }
   const double speed = options_.permissions.move ? Move(field, heat.alpha) : 0;
   if (options_.permissions.swap && Swap()) star_.Gather(mesh_, node);
-  FinishVisit(field, node, heat, speed);
+  FinishVisit(field, heat, speed);
 }
 
 void PliantLoop::VisitAudited(const MetricField& field, VertexId node) {
@@ -283,36 +284,36 @@ void PliantLoop::VisitAudited(const MetricField& field, VertexId node) {
   PLIANT_CHECK(fault.empty(), "fault", fault);
 }
 
-void PliantLoop::FinishVisit(const MetricField& field, VertexId node, const Heat& heat,
-                             double speed) {
+void PliantLoop::FinishVisit(const MetricField& field, const Heat& heat, double speed) {
   if (options_.permissions.insert) {
     if (TryDelete(NodeExtent(mesh_, star_), heat)) return;
-    TryInsert(field, LargestSpokeExtent(mesh_, star_), heat);
+    (void)TryInsert(field, LargestSpokeExtent(mesh_, star_), heat);
   }
-  StayActive(node, speed);
+  StayActive(speed);
 }
 
-void PliantLoop::StayActive(VertexId node, double speed) {
+void PliantLoop::StayActive(double speed) {
+  const VertexId node = star_.center();
   const int hop = mesh_.vertex(node).visit.hop;
   const double calm = mesh_.vertex(node).visit.cold ? kCalmOfCold : 1;
   if (speed > calm * state_.settings.speed_threshold) Push(node, hop);
   if (options_.variant == Variant::kPaper) {
-    if (speed > state_.settings.speed_threshold) PushRing(node, hop + 1);
+    if (speed > state_.settings.speed_threshold) PushRing(star_, hop + 1);
   } else if (speed > 0) {
-    NotifyRing(node, speed);
+    NotifyRing(speed);
   }
 }
 
-void PliantLoop::NotifyRing(VertexId node, double speed) {
+void PliantLoop::NotifyRing(double speed) {
+  const VertexId node = star_.center();
   const VertexRecord& record = mesh_.vertex(node);
   const int hop = record.visit.hop;
   const Vec2 drift{record.visit.drift_x, record.visit.drift_y};
   if (SquaredLength(record.metric, drift) > kWakingDrift * kWakingDrift) {
     VisitState& visit = edit_.Visit(node);
     visit.drift_x = visit.drift_y = 0;
-    PushRing(node, hop + 1);
+    PushRing(star_, hop + 1);
   } else if (speed > (record.visit.cold ? kCalmOfCold : 1) * state_.settings.neighbor_threshold) {
-    star_.Gather(mesh_, node);
     for (const VertexId neighbor : star_.ring()) {
       if (mesh_.vertex(neighbor).visit.epoch == state_.epoch) Push(neighbor, hop + 1);
     }
@@ -326,23 +327,24 @@ void PliantLoop::AddDrift(VertexId node, Vec2 step) {
 }
 
 void PliantLoop::VisitPatch(const MetricField& field, const Heat& heat) {
-  const VertexId node = star_.center();
   patch_.Gather(mesh_, star_);
   const double speed = options_.permissions.move ? MovePatch(field, heat.alpha) : 0;
-  if (options_.permissions.swap && patch_.MaySwap(mesh_, star_) && Swap()) {
-    star_.Gather(mesh_, node);
+  patch_.Measure();
+  if (options_.permissions.swap && patch_.WantsSwaps(mesh_, star_) && Swap()) {
+    star_.Gather(mesh_, star_.center());
     if (!Patch::Fits(star_)) {
-      FinishVisit(field, node, heat, speed);
+      FinishVisit(field, heat, speed);
       return;
     }
     patch_.Gather(mesh_, star_);
+    patch_.Measure();
   }
   if (options_.permissions.insert) {
     const Patch::Extents extents = patch_.MeasureExtents();
     if (TryDelete(extents.node, heat)) return;
-    TryInsert(field, {extents.largest_spoke, extents.largest}, heat);
+    (void)TryInsert(field, {extents.largest_spoke, extents.largest}, heat);
   }
-  StayActive(node, speed);
+  StayActive(speed);
 }
 
 double PliantLoop::MovePatch(const MetricField& field, double alpha) {
@@ -482,7 +484,9 @@ bool PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& largest,
   born.tired = visit.tired && far.tired;
   PLIANT_DCHECK(options_.variant == Variant::kPaper || born.age > visit.age - 1);
   Push(made->vertex, visit.hop);
-  PushRing(made->vertex, visit.hop + 1);
+  star_.Gather(mesh_, made->vertex);
+  PushRing(star_, visit.hop + 1);
+  star_.Gather(mesh_, node);
   return true;
 }
 

@@ -159,8 +159,12 @@ class PliantLoop {
   [[nodiscard]] VisitState CurrentVisit(VertexId node) const;
   /// Makes a node as awake as a new one. @return true if it was not in the queue
   bool MarkAwake(VertexId node);
-  void Push(VertexId node, int hop);
-  void PushRing(VertexId node, int hop);
+  void Push(VertexId node, int hop) {
+    // Mostly the node waits already.
+    const VisitState& visit = mesh_.vertex(node).visit;
+    if (!(visit.epoch == state_.epoch && visit.active && visit.hop <= hop)) Enter(node, hop);
+  }
+  void Enter(VertexId node, int hop);
   void PushRing(const Star& star, int hop);
 
   void VisitNode(const MetricField& field, VertexId node);
@@ -175,7 +179,7 @@ class PliantLoop {
   void VisitPatch(const MetricField& field, const Heat& heat);
   [[nodiscard]] bool UsesPatch(VertexId node) const;
   /// The end of a visit: deletion or insertion, and who stays active.
-  void FinishVisit(const MetricField& field, VertexId node, const Heat& heat, double speed);
+  void FinishVisit(const MetricField& field, const Heat& heat, double speed);
   double MovePatch(const MetricField& field, double alpha);
   /// @return metric length of the step taken, 0 if the node stayed.
   double Move(const MetricField& field, double alpha);
@@ -187,9 +191,10 @@ class PliantLoop {
   bool TryDelete(double extent, const Heat& heat);
   /// Splits the star's largest spoke if its extent asks for it. @return true if it did.
   bool TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat);
-  /// The end of a move: who is to be visited (again) because the node moved.
-  void StayActive(VertexId node, double speed);
-  void NotifyRing(VertexId node, double speed);
+  /// The end of a move: who is to be visited (again) because the node moved. The star is that of
+  /// the node, as it is now.
+  void StayActive(double speed);
+  void NotifyRing(double speed);
   void AddDrift(VertexId node, Vec2 step);
   /// Restores the Delaunay criterion around the star. @return true if the star is out of date.
   bool Swap();

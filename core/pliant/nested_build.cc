@@ -21,7 +21,7 @@ constexpr double kConstrainedShare = 0.6;
 
 /// Coarser levels ask for slightly fewer nodes than a fourth: otherwise the lattice is under
 /// pressure and drifts.
-constexpr double kCoarseScale = .98;
+constexpr double kCoarseScale = 0.98;
 
 /// A mesh without a coarser one has a random lattice, which settles slowly: it is given longer
 /// steps and more visits.
@@ -29,7 +29,7 @@ constexpr double kPlainStep = 0.4;
 constexpr double kPlainThreshold = 0.015;
 
 /// Sample points for the estimates of complexity and of the length of the constrained edges.
-constexpr double kSamples = 16384;
+constexpr double kSamples = 4096;
 constexpr int kSamplesPerEdge = 64;
 
 /// Integral of sqrt(det M), by sampling every triangle at the corners of a uniform subdivision's

@@ -19,7 +19,10 @@ class NodeQueue {
   /// The oldest entry: keeps neighbours together, and so memory access local. @pre !empty()
   VertexId PopFirst() {
     const VertexId node = nodes_[head_++];
-    if (head_ >= kCompactFrom && 2 * head_ >= nodes_.size()) {
+    if (head_ == nodes_.size()) {
+      nodes_.clear();  // So that a copy of an empty queue costs nothing.
+      head_ = 0;
+    } else if (head_ >= kCompactFrom && 2 * head_ >= nodes_.size()) {
       nodes_.erase(nodes_.begin(), nodes_.begin() + static_cast<std::ptrdiff_t>(head_));
       head_ = 0;
     }

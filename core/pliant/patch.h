@@ -38,9 +38,12 @@ class Patch {
   /// Puts the center elsewhere, as MeshEdit does in the mesh.
   void MoveCenter(Vec2 position, const Metric& metric);
 
-  /// False if no spoke and no edge of the link would pass WantsSwap: the usual case, which needs
-  /// no search. True says nothing. @pre the mesh is as Gather saw it, but for the center
-  [[nodiscard]] bool MaySwap(const Mesh& mesh, const Star& star);
+  /// Computes what the two questions below need. Again after a Gather or MoveCenter.
+  void Measure();
+
+  /// True if a spoke, or an edge of the link opposite a wide angle, passes WantsSwap: rare, and the
+  /// cause for a search. @pre the mesh is as Gather saw it, but for the center
+  [[nodiscard]] bool WantsSwaps(const Mesh& mesh, const Star& star) const;
 
   /// NodeExtent and the spoke of LargestSpokeExtent.
   struct Extents {
@@ -71,15 +74,29 @@ class Patch {
       m12[slot] = vertex.metric.m12;
       m22[slot] = vertex.metric.m22;
     }
+    void Copy(std::size_t to, std::size_t from) {
+      x[to] = x[from];
+      y[to] = y[from];
+      m11[to] = m11[from];
+      m12[to] = m12[from];
+      m22[to] = m22[from];
+    }
   };
 
   [[nodiscard]] std::size_t padded_count() const { return (count_ + kLanes - 1) / kLanes * kLanes; }
+  [[nodiscard]] Vec2 RingPosition(std::size_t slot) const { return {ring_.x[slot], ring_.y[slot]}; }
+  [[nodiscard]] Metric RingMetric(std::size_t slot) const {
+    return {ring_.m11[slot], ring_.m12[slot], ring_.m22[slot]};
+  }
+  [[nodiscard]] bool SpokeWantsSwap(std::size_t slot) const;
+  [[nodiscard]] bool LinkWantsSwap(const Mesh& mesh, const Star& star, std::size_t k) const;
 
   std::size_t count_ = 0;
   Vec2 center_;
   Metric metric_;
   Columns ring_;
-  Columns far_;  // Behind link edge k, at k + 1.
+  alignas(64) double area_[kSlots];
+  alignas(64) double alert_[kSlots];
 };
 
 }  // namespace pliant

@@ -10,7 +10,7 @@ namespace {
 
 /// The ring from one of its vertices to another, counter-clockwise, both included.
 std::vector<VertexId> RingBetween(const Star& star, VertexId from, VertexId to) {
-  const std::vector<VertexId>& ring = star.ring();
+  const std::span<const VertexId> ring = star.ring();
   std::vector<VertexId> part;
   std::size_t k =
       static_cast<std::size_t>(std::find(ring.begin(), ring.end(), from) - ring.begin());
@@ -22,7 +22,8 @@ std::vector<VertexId> RingBetween(const Star& star, VertexId from, VertexId to) 
 
 /// The polygons that remain when the center goes: one, or one on each side of its segment.
 std::vector<std::vector<VertexId>> PolygonsOf(const Mesh& mesh, const Star& star) {
-  if (!mesh.vertex(star.center()).edge.valid() || !star.closed()) return {star.ring()};
+  if (!mesh.vertex(star.center()).edge.valid() || !star.closed())
+    return {{star.ring().begin(), star.ring().end()}};
   const auto [before, after] = mesh.SegmentEdges(star.center());
   const VertexId a = mesh.edge(before).vertices[0];
   const VertexId b = mesh.edge(after).vertices[1];
@@ -54,10 +55,7 @@ std::optional<std::int32_t> RemoveNode(MeshEdit& edit, MetricFlipper& flipper, c
   edit.RemoveVertex(center);
 
   // ReplaceCavity uses the cavity's slots in order.
-  const std::vector<TriangleId> made(
-      star.triangles().begin(),
-      star.triangles().begin() + static_cast<std::ptrdiff_t>(triangles.size()));
-  return flipper.Within(made, metric);
+  return flipper.Within(star.triangles().first(triangles.size()), metric);
 }
 
 }  // namespace pliant

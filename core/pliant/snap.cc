@@ -48,7 +48,7 @@ bool SnapToCrossedEdge(MeshEdit& edit, const Star& star, Vec2 target) {
   const Vec2 point = mesh.PointOnSegment(edge.segment, t);
 
   // The triangle at the edge collapses; one behind an internal constraint is split in two.
-  std::vector<TriangleId> cavity = star.triangles();
+  std::vector<TriangleId> cavity(star.triangles().begin(), star.triangles().end());
   std::vector<NewTriangle> triangles;
   for (std::size_t k = 0; k < star.triangles().size(); ++k) {
     if (k == *crossed) continue;

@@ -5,6 +5,7 @@
 #include <ctime>
 #include <fstream>
 #include <string>
+#include <string_view>
 #include <thread>
 
 #include "tests/bench/commit.h"
@@ -25,6 +26,16 @@ std::string Processor() {
     if (line.starts_with("model name")) return line.substr(line.find(':') + 2);
   }
   return "unknown";
+}
+
+/// An entry of this process's status, in MiB. Not getrusage: that also counts the memory of the
+/// process that started this one.
+double StatusMib(std::string_view entry) {
+  std::ifstream status("/proc/self/status");
+  for (std::string line; std::getline(status, line);) {
+    if (line.starts_with(entry)) return std::stod(line.substr(entry.size())) / 1024;
+  }
+  return 0;
 }
 
 nlohmann::json JsonOf(const LengthStatistics& lengths) {
@@ -83,13 +94,7 @@ nlohmann::json Machine() {
           {"commit", kCommit}};
 }
 
-double PeakMemoryMib() {
-  // Not getrusage: that also counts the memory of the process that started this one.
-  std::ifstream status("/proc/self/status");
-  for (std::string line; std::getline(status, line);) {
-    if (line.starts_with("VmHWM:")) return std::stod(line.substr(6)) / 1024;
-  }
-  return 0;
-}
+double PeakMemoryMib() { return StatusMib("VmHWM:"); }
+double ResidentMemoryMib() { return StatusMib("VmRSS:"); }
 
 }  // namespace pliant::bench

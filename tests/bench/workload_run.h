@@ -59,5 +59,7 @@ struct Built {
 [[nodiscard]] nlohmann::json Machine();
 /// Largest resident memory of this process so far, in MiB.
 [[nodiscard]] double PeakMemoryMib();
+/// Resident memory of this process now, in MiB.
+[[nodiscard]] double ResidentMemoryMib();
 
 }  // namespace pliant::bench

@@ -17,7 +17,7 @@ struct alignas(64) Line {
 // and every block is aligned as its elements, or its pages, ask for.
 TEST(LargePages, VectorsGrowAcrossTheLimit) {
   constexpr std::size_t kLarge = 2 * internal::kLargeBlockSize / sizeof(Line);
-  std::vector<Line, LargePageAllocator<Line>> lines;
+  LargeVector<Line> lines;
   for (std::size_t i = 0; i < kLarge; ++i) {
     lines.push_back({static_cast<std::int64_t>(i)});
     if ((i & (i - 1)) != 0) continue;

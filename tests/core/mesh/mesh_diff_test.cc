@@ -108,7 +108,7 @@ TEST(MeshDiff, LeavesOutWhatWasCreatedAndDestroyed) {
     const std::size_t corner = ring[0] == VertexId(1) || ring[0] == VertexId(4) ? k : k + 1;
     restored.push_back({{ring[corner], ring[(corner + 1) % 4], ring[(corner + 2) % 4]}, 0});
   }
-  std::vector<TriangleId> cavity = star.triangles();
+  std::vector<TriangleId> cavity(star.triangles().begin(), star.triangles().end());
   std::sort(cavity.begin(), cavity.end());  // The new slots come last and are given up.
   made->edit.ReplaceCavity(cavity, restored);
   made->edit.RemoveVertex(born);

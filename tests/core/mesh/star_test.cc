@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <span>
 #include <vector>
 
 #include "tests/support/mesh_testing.h"
@@ -15,7 +16,7 @@ using ::testing::ElementsAre;
 using testing::GridData;
 using testing::ImportedMesh;
 
-std::vector<int> Values(const std::vector<VertexId>& ids) {
+std::vector<int> Values(std::span<const VertexId> ids) {
   std::vector<int> values;
   for (const VertexId id : ids) values.push_back(id.value());
   return values;

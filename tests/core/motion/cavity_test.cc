@@ -19,7 +19,7 @@ using testing::Faults;
 std::vector<TriangleId> StarOf(const Mesh& mesh, VertexId vertex) {
   Star star;
   star.Gather(mesh, vertex);
-  return star.triangles();
+  return {star.triangles().begin(), star.triangles().end()};
 }
 
 bool KeepsNone(VertexId) { return false; }
