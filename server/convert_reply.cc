@@ -65,6 +65,39 @@ void WriteTime(std::chrono::system_clock::time_point time, google::protobuf::Tim
   wire.set_nanos(static_cast<std::int32_t>(ns % 1'000'000'000));
 }
 
+v1::TroubleKind ToTroubleKind(TroubleKind kind) {
+  switch (kind) {
+    case TroubleKind::kGeometry:
+      return v1::TROUBLE_KIND_GEOMETRY;
+    case TroubleKind::kVertexLimit:
+      return v1::TROUBLE_KIND_VERTEX_LIMIT;
+    case TroubleKind::kCrossed:
+      return v1::TROUBLE_KIND_CROSSED;
+    case TroubleKind::kCurvature:
+      return v1::TROUBLE_KIND_CURVATURE;
+    case TroubleKind::kSizeJump:
+      return v1::TROUBLE_KIND_SIZE_JUMP;
+    case TroubleKind::kUnsettled:
+      break;
+  }
+  return v1::TROUBLE_KIND_UNSETTLED;
+}
+
+void Write(const Trouble& trouble, v1::Trouble& wire) {
+  wire.set_kind(ToTroubleKind(trouble.kind));
+  wire.set_vertex_count(trouble.vertex_count);
+  wire.mutable_box()->set_x_min(trouble.box.low.x);
+  wire.mutable_box()->set_y_min(trouble.box.low.y);
+  wire.mutable_box()->set_x_max(trouble.box.high.x);
+  wire.mutable_box()->set_y_max(trouble.box.high.y);
+  wire.set_center_x(trouble.center.x);
+  wire.set_center_y(trouble.center.y);
+  wire.set_place_count(trouble.place_count);
+  wire.set_q_min(trouble.q_min);
+  wire.set_length_min(trouble.length_min);
+  wire.set_length_max(trouble.length_max);
+}
+
 v1::StopReason ToStopReason(const AdvancedEvent& advanced) {
   switch (advanced.end) {
     case AdvanceEnd::kTimeBudget:
@@ -145,6 +178,7 @@ void WriteBody(const AdvancedEvent& advanced, const SessionEvent& event, const W
   wire.set_cooled_count(advanced.progress.counts.cooled);
   wire.set_compute_us(advanced.compute.count());
   wire.set_elapsed_us(advanced.elapsed.count());
+  for (const Trouble& trouble : advanced.troubles) Write(trouble, *wire.add_troubles());
 }
 
 void WriteBody(const ClosingEvent& closing, const SessionEvent&, const WantedParts&,

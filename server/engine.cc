@@ -16,6 +16,7 @@ class RemesherEngine final : public Engine {
     return remesher_->SetTensors(vertices, tensors);
   }
   Result<Progress> Step(const Budget& budget) override { return remesher_->Step(budget); }
+  std::vector<Trouble> FindTroubles() const override { return remesher_->FindTroubles(); }
   MeshDiff Commit() override { return remesher_->Commit(); }
   void Rollback() override { remesher_->Rollback(); }
   MeshDiff Snapshot() const override { return remesher_->Snapshot(); }

@@ -36,6 +36,7 @@ class Engine {
   virtual Status SetTensors(std::span<const VertexId> vertices,
                             std::span<const Metric> tensors) = 0;
   virtual Result<Progress> Step(const Budget& budget) = 0;
+  [[nodiscard]] virtual std::vector<Trouble> FindTroubles() const = 0;
   virtual MeshDiff Commit() = 0;
   virtual void Rollback() = 0;
   /// A commit now would spoil the first mesh, which is still being built from coarse to fine.

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/base/check.h"
 #include "server/session.h"
@@ -138,6 +139,8 @@ void Session::FinishAdvance(AdvanceEnd end) {
   current_update_id_ = advance.update_id;
   advance_.reset();
   const Clock::Time commit_begin = environment_.clock->Now();
+  std::vector<Trouble> troubles;
+  if (advance.progress.active_count == 0) troubles = engine_->engine().FindTroubles();
   const std::shared_ptr<const MeshDiff> diff = Commit(advance);
   const Clock::Time now = environment_.clock->Now();
   advance.progress.counts = advance.committed_counts + advance.progress.counts;
@@ -154,6 +157,7 @@ void Session::FinishAdvance(AdvanceEnd end) {
       .base_revision = advance.base_revision,
       .summary = diff->summary,
       .progress = advance.progress,
+      .troubles = std::move(troubles),
       .end = end,
       .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute +
                                                                        (now - commit_begin)),

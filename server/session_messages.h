@@ -120,6 +120,7 @@ struct AdvancedEvent {
   Revision base_revision = Revision::kNone;
   MeshSummary summary = {};
   Progress progress = {};
+  std::vector<Trouble> troubles = {};  // Of a mesh that has come to rest.
   AdvanceEnd end = AdvanceEnd::kEngine;
   std::chrono::microseconds compute{0};
   std::chrono::microseconds elapsed{0};

@@ -6,6 +6,7 @@
 #include <memory>
 #include <utility>
 #include <variant>
+#include <vector>
 
 #include "core/pliant/remesher.h"
 
@@ -86,7 +87,7 @@ Result<LocalRun> RunLoop(Remesher& remesher, const client::AdvanceOptions& limit
   }
 }
 
-AdvanceReport ReportOf(const LocalRun& run, const MeshDiff& diff) {
+AdvanceReport ReportOf(const LocalRun& run, const MeshDiff& diff, std::vector<Trouble> troubles) {
   const auto time = std::chrono::duration_cast<microseconds>(run.time);
   return {.base_revision = diff.base_revision,
           .revision = diff.revision,
@@ -99,6 +100,7 @@ AdvanceReport ReportOf(const LocalRun& run, const MeshDiff& diff) {
           .deletions = run.progress.counts.deletions,
           .swaps = run.progress.counts.swaps,
           .cooled_count = run.progress.counts.cooled,
+          .troubles = std::move(troubles),
           .compute_time = time,
           .elapsed_time = time};
 }
@@ -118,11 +120,13 @@ Result<RemeshResult> RunSession(client::Session& session, const RemeshJob& job,
 Result<RemeshResult> RemeshLocally(const RemeshJob& job, const OnProgress& on_progress) {
   PLIANT_ASSIGN_OR_RETURN(const std::unique_ptr<Remesher> remesher, Create(job));
   PLIANT_ASSIGN_OR_RETURN(const LocalRun run, RunLoop(*remesher, job.advance, on_progress));
+  std::vector<Trouble> troubles;
+  if (run.progress.active_count == 0) troubles = remesher->FindTroubles();
   const MeshDiff diff = remesher->Commit();
   client::MeshReplica replica;
   PLIANT_RETURN_IF_ERROR(replica.Apply(diff));
   RemeshResult result;
-  result.report = ReportOf(run, diff);
+  result.report = ReportOf(run, diff, std::move(troubles));
   result.quality = MeasureQuality(remesher->mesh(), remesher->field());
   result.mesh = replica.Compact();
   return result;

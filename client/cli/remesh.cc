@@ -94,6 +94,9 @@ Status Run(const RemeshOptions& options) {
   if (const std::string warning = StopWarning(result.report); !warning.empty()) {
     std::cerr << "pliant: warning: " << warning << "\n";
   }
+  if (const std::string warning = TroubleWarning(result.report); !warning.empty()) {
+    std::cerr << "pliant: warning: " << warning << "\n";
+  }
   if (!options.json.empty()) {
     PLIANT_RETURN_IF_ERROR(WriteJson(options.json, RemeshJson(report, result)));
   }

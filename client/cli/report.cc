@@ -2,6 +2,7 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
 #include <array>
 #include <cstdio>
 #include <ctime>
@@ -56,6 +57,21 @@ std::string StateName(client::SessionState state) {
       return "asleep";
   }
   return "idle";
+}
+
+Json TroublesJson(const std::vector<Trouble>& troubles) {
+  Json json = Json::array();
+  for (const Trouble& t : troubles) {
+    json.push_back({{"kind", TroubleName(t.kind)},
+                    {"vertex_count", t.vertex_count},
+                    {"place_count", t.place_count},
+                    {"center", {t.center.x, t.center.y}},
+                    {"box", {t.box.low.x, t.box.low.y, t.box.high.x, t.box.high.y}},
+                    {"q_min", t.q_min},
+                    {"length_min", t.length_min},
+                    {"length_max", t.length_max}});
+  }
+  return json;
 }
 
 }  // namespace
@@ -116,6 +132,7 @@ Json RemeshJson(const RemeshReport& report, const RemeshResult& result) {
                  {"deletions", advance.deletions},
                  {"swaps", advance.swaps},
                  {"cooled_count", advance.cooled_count}}},
+               {"troubles", TroublesJson(advance.troubles)},
                {"quality", QualityJson(result.quality)}};
   if (report.server) json["server"] = *report.server;
   return json;
@@ -154,6 +171,45 @@ std::string StopName(client::AdvanceStop stop) {
       return "server_closing";
   }
   return "converged";
+}
+
+std::string TroubleName(TroubleKind kind) {
+  switch (kind) {
+    case TroubleKind::kGeometry:
+      return "geometry";
+    case TroubleKind::kVertexLimit:
+      return "vertex_limit";
+    case TroubleKind::kCrossed:
+      return "crossed";
+    case TroubleKind::kCurvature:
+      return "curvature";
+    case TroubleKind::kSizeJump:
+      return "size_jump";
+    case TroubleKind::kUnsettled:
+      break;
+  }
+  return "unsettled";
+}
+
+std::string TroubleWarning(const client::AdvanceReport& report) {
+  if (report.troubles.empty()) return {};
+  constexpr std::size_t kShownMax = 5;
+  std::int64_t vertex_count = 0;
+  std::int64_t place_count = 0;
+  for (const Trouble& trouble : report.troubles) {
+    vertex_count += trouble.vertex_count;
+    place_count += trouble.place_count;
+  }
+  std::string text = "the metric is not met at " + Grouped(place_count) + " places, " +
+                     Grouped(vertex_count) + " vertices";
+  for (std::size_t i = 0; i < std::min(kShownMax, report.troubles.size()); ++i) {
+    const Trouble& t = report.troubles[i];
+    text += Format("\n  %-12s %s vertices near (%.6g, %.6g), lengths %.3g to %.3g, quality %.3g",
+                   TroubleName(t.kind).c_str(), Grouped(t.vertex_count).c_str(), t.center.x,
+                   t.center.y, t.length_min, t.length_max, t.q_min);
+  }
+  if (report.troubles.size() > kShownMax) text += "\n  and more; --json has them";
+  return text;
 }
 
 std::string StopWarning(const client::AdvanceReport& report) {

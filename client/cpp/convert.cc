@@ -145,6 +145,35 @@ std::chrono::system_clock::time_point TimeFrom(const google::protobuf::Timestamp
           std::chrono::seconds(time.seconds()) + std::chrono::nanoseconds(time.nanos())));
 }
 
+TroubleKind TroubleKindFrom(v1::TroubleKind kind) {
+  switch (kind) {
+    case v1::TROUBLE_KIND_GEOMETRY:
+      return TroubleKind::kGeometry;
+    case v1::TROUBLE_KIND_VERTEX_LIMIT:
+      return TroubleKind::kVertexLimit;
+    case v1::TROUBLE_KIND_CROSSED:
+      return TroubleKind::kCrossed;
+    case v1::TROUBLE_KIND_CURVATURE:
+      return TroubleKind::kCurvature;
+    case v1::TROUBLE_KIND_SIZE_JUMP:
+      return TroubleKind::kSizeJump;
+    default:  // Also kinds that a newer server knows.
+      return TroubleKind::kUnsettled;
+  }
+}
+
+Trouble TroubleFrom(const v1::Trouble& trouble) {
+  return {.kind = TroubleKindFrom(trouble.kind()),
+          .vertex_count = trouble.vertex_count(),
+          .place_count = trouble.place_count(),
+          .center = {trouble.center_x(), trouble.center_y()},
+          .box = {{trouble.box().x_min(), trouble.box().y_min()},
+                  {trouble.box().x_max(), trouble.box().y_max()}},
+          .q_min = trouble.q_min(),
+          .length_min = trouble.length_min(),
+          .length_max = trouble.length_max()};
+}
+
 }  // namespace
 
 v1::Domain ToWire(const Domain& domain, ColumnWriter& columns) {
@@ -318,6 +347,8 @@ Result<Quality> FromWire(const v1::QualityReport& report) {
 }
 
 AdvanceReport FromWire(const v1::AdvanceResult& result) {
+  std::vector<Trouble> troubles;
+  for (const v1::Trouble& trouble : result.troubles()) troubles.push_back(TroubleFrom(trouble));
   return {.base_revision = Revision{result.base_revision()},
           .revision = Revision{result.revision()},
           .stop = StopFrom(result.stop_reason()),
@@ -329,6 +360,7 @@ AdvanceReport FromWire(const v1::AdvanceResult& result) {
           .deletions = result.deletion_count(),
           .swaps = result.swap_count(),
           .cooled_count = result.cooled_count(),
+          .troubles = std::move(troubles),
           .compute_time = microseconds(result.compute_us()),
           .elapsed_time = microseconds(result.elapsed_us())};
 }

@@ -13,6 +13,7 @@
 #include "core/geometry/mesh_data.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/pliant/options.h"
+#include "core/pliant/trouble.h"
 
 namespace pliant::client {
 
@@ -113,6 +114,8 @@ struct AdvanceReport {
   std::int64_t swaps = 0;
   /// Vertices that came to rest by their age alone: spots where the metric cannot be met.
   std::int64_t cooled_count = 0;
+  /// Where the metric is not met, among what changed; empty while vertices are active.
+  std::vector<Trouble> troubles = {};
   std::chrono::microseconds compute_time{0};  ///< In the core.
   std::chrono::microseconds elapsed_time{0};  ///< From receipt to commit, on the server.
 };

@@ -10,6 +10,7 @@
 #include "core/mesh/mesh_edit.h"
 #include "core/mesh/star.h"
 #include "core/metric/metric_field.h"
+#include "core/pliant/allowance.h"
 #include "core/pliant/extent.h"
 #include "core/pliant/mend.h"
 #include "core/pliant/node_queue.h"
@@ -41,6 +42,8 @@ struct LoopCounts {
   std::int64_t mended = 0;
   /// Insertions refused at Options::vertices_max.
   std::int64_t refused_at_limit = 0;
+  /// Insertions refused by the InsertionAllowance.
+  std::int64_t refused_by_allowance = 0;
 
   LoopCounts& operator+=(const LoopCounts& other);
   friend bool operator==(const LoopCounts&, const LoopCounts&) = default;
@@ -133,6 +136,7 @@ class PliantLoop {
     LoopSettings settings;
     Mending mending = Mending::kNotBegun;
     Mender::State mender;
+    InsertionAllowance allowance;
   };
   [[nodiscard]] State Save() const;
   void Restore(State state);

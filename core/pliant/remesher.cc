@@ -218,6 +218,16 @@ class Remesher::Impl {
     return diff;
   }
 
+  [[nodiscard]] std::vector<Trouble> FindTroubles() const {
+    const LoopCounts& counts = loop_.counts();
+    const TroubleContext context{.insertions_refused = counts.refused_at_limit > 0 ||
+                                                       counts.refused_by_allowance > 0};
+    const std::vector<TriangleId> triangles = revision_ == Revision::kNone
+                                                  ? LiveTrianglesOf(mesh_)
+                                                  : TrianglesAtChanges(mesh_, edit_.log());
+    return pliant::FindTroubles(mesh_, triangles, context);
+  }
+
   void Rollback() {
     PLIANT_CHECK(revision_ != Revision::kNone);
     edit_.Rollback();
@@ -444,6 +454,7 @@ Status Remesher::Apply(MeshChange& change) { return impl_->Change(change); }
 
 Result<Progress> Remesher::Step(const Budget& budget) { return impl_->Step(budget); }
 void Remesher::UseHelpers(const Helpers& helpers) { impl_->UseHelpers(helpers); }
+std::vector<Trouble> Remesher::FindTroubles() const { return impl_->FindTroubles(); }
 MeshDiff Remesher::Commit() { return impl_->Commit(); }
 CommitWithTransfer Remesher::CommitAndTransfer() { return impl_->CommitAndTransfer(); }
 Status Remesher::SetFields(const FieldUpdate& update) { return impl_->SetFields(update); }

@@ -5,6 +5,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <vector>
 
 #include "core/base/bytes.h"
 #include "core/base/ids.h"
@@ -20,6 +21,7 @@
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
 #include "core/pliant/revision_delta.h"
+#include "core/pliant/trouble.h"
 #include "core/transfer/field_set.h"
 #include "core/transfer/transfer_rows.h"
 
@@ -106,6 +108,12 @@ class Remesher {
   /// Runs the loop. Errors: kExpressionValue if the metric has no value where a node went; the
   /// caller should then Rollback.
   Result<Progress> Step(const Budget& budget);
+
+  /// Where the metric is not met, among what has changed since the last commit; the whole mesh
+  /// before the first. Meant for a mesh that has come to rest: while nodes are active there is work
+  /// left.
+  /// @par Cost O(changed)
+  [[nodiscard]] std::vector<Trouble> FindTroubles() const;
 
   /// Ends the update: the changes since the last commit as a diff, and a revision more. Allowed
   /// while nodes are active; a later Step goes on with them.

@@ -226,6 +226,10 @@ void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer) {
   PutNodes(state.mender.moved, writer);
   PutNodes(std::span(state.mender.waiting).subspan(state.mender.next), writer);
   PutNodes(state.mender.next_round, writer);
+  const InsertionAllowance::State& allowance = state.allowance.state();
+  writer.Put(allowance.used);
+  writer.Put(allowance.granted);
+  writer.Put(static_cast<std::uint8_t>(allowance.exhausted ? 1 : 0));
 }
 
 PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots) {
@@ -252,6 +256,12 @@ PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots) {
   state.mender.moved = TakeNodes(reader, vertex_slots);
   state.mender.waiting = TakeNodes(reader, vertex_slots);
   state.mender.next_round = TakeNodes(reader, vertex_slots);
+  InsertionAllowance::State allowance;
+  allowance.used = reader.Take<std::int64_t>();
+  allowance.granted = reader.Take<std::int64_t>();
+  allowance.exhausted = reader.Take<std::uint8_t>() != 0;
+  if (allowance.used < 0 || allowance.granted < 0) reader.Fail();
+  state.allowance = InsertionAllowance::At(allowance);
   return state;
 }
 

@@ -230,6 +230,43 @@ TEST(Convert, QualityNeedsTheHistogramsOfThisVersion) {
   EXPECT_EQ(FromWire(report).error().code, ErrorCode::kArrayLength);
 }
 
+TEST(Convert, ReadsTroubles) {
+  v1::AdvanceResult result;
+  v1::Trouble& wire = *result.add_troubles();
+  wire.set_kind(v1::TROUBLE_KIND_CROSSED);
+  wire.set_vertex_count(1);
+  wire.set_place_count(2);
+  wire.set_center_x(3);
+  wire.set_center_y(4);
+  wire.mutable_box()->set_x_min(5);
+  wire.mutable_box()->set_y_min(6);
+  wire.mutable_box()->set_x_max(7);
+  wire.mutable_box()->set_y_max(8);
+  wire.set_q_min(9);
+  wire.set_length_min(10);
+  wire.set_length_max(11);
+  const Trouble trouble = FromWire(result).troubles.at(0);
+  EXPECT_EQ(trouble.kind, TroubleKind::kCrossed);
+  EXPECT_EQ(trouble.vertex_count, 1);
+  EXPECT_EQ(trouble.place_count, 2);
+  EXPECT_EQ(trouble.center, (Vec2{3, 4}));
+  EXPECT_EQ(trouble.box.low, (Vec2{5, 6}));
+  EXPECT_EQ(trouble.box.high, (Vec2{7, 8}));
+  EXPECT_EQ(trouble.q_min, 9);
+  EXPECT_EQ(trouble.length_min, 10);
+  EXPECT_EQ(trouble.length_max, 11);
+
+  const auto kind = [&](v1::TroubleKind named) {
+    wire.set_kind(named);
+    return FromWire(result).troubles.at(0).kind;
+  };
+  EXPECT_EQ(kind(v1::TROUBLE_KIND_SIZE_JUMP), TroubleKind::kSizeJump);
+  EXPECT_EQ(kind(v1::TROUBLE_KIND_GEOMETRY), TroubleKind::kGeometry);
+  EXPECT_EQ(kind(v1::TROUBLE_KIND_CURVATURE), TroubleKind::kCurvature);
+  EXPECT_EQ(kind(v1::TROUBLE_KIND_VERTEX_LIMIT), TroubleKind::kVertexLimit);
+  EXPECT_EQ(kind(v1::TROUBLE_KIND_UNSETTLED), TroubleKind::kUnsettled);
+}
+
 TEST(Convert, StopReasonsKeepTheirMeaning) {
   const auto stop = [](v1::StopReason reason) {
     v1::AdvanceResult result;

@@ -88,6 +88,14 @@ TEST(ConvertReply, WritesEveryNumberOfAnAdvance) {
                                                     .deletions = 14,
                                                     .swaps = 15,
                                                     .cooled = 16}},
+                            .troubles = {{.kind = TroubleKind::kCurvature,
+                                          .vertex_count = 20,
+                                          .place_count = 21,
+                                          .center = {22, 23},
+                                          .box = {{24, 25}, {26, 27}},
+                                          .q_min = 28,
+                                          .length_min = 29,
+                                          .length_max = 30}},
                             .compute = std::chrono::microseconds(17),
                             .elapsed = std::chrono::microseconds(18)}};
   const v1::EditResponse response = ToEditResponse(event, {});
@@ -108,6 +116,33 @@ TEST(ConvertReply, WritesEveryNumberOfAnAdvance) {
   EXPECT_EQ(result.cooled_count(), 16);
   EXPECT_EQ(result.compute_us(), 17);
   EXPECT_EQ(result.elapsed_us(), 18);
+  ASSERT_EQ(result.troubles_size(), 1);
+  const v1::Trouble& trouble = result.troubles(0);
+  EXPECT_EQ(trouble.kind(), v1::TROUBLE_KIND_CURVATURE);
+  EXPECT_EQ(trouble.vertex_count(), 20);
+  EXPECT_EQ(trouble.place_count(), 21);
+  EXPECT_EQ(trouble.center_x(), 22);
+  EXPECT_EQ(trouble.center_y(), 23);
+  EXPECT_EQ(trouble.box().x_min(), 24);
+  EXPECT_EQ(trouble.box().y_min(), 25);
+  EXPECT_EQ(trouble.box().x_max(), 26);
+  EXPECT_EQ(trouble.box().y_max(), 27);
+  EXPECT_EQ(trouble.q_min(), 28);
+  EXPECT_EQ(trouble.length_min(), 29);
+  EXPECT_EQ(trouble.length_max(), 30);
+}
+
+TEST(ConvertReply, NamesEveryKindOfTrouble) {
+  const auto kind_of = [](TroubleKind kind) {
+    const SessionEvent event{.body = AdvancedEvent{.troubles = {{.kind = kind}}}};
+    return ToEditResponse(event, {}).advanced().troubles(0).kind();
+  };
+  EXPECT_EQ(kind_of(TroubleKind::kGeometry), v1::TROUBLE_KIND_GEOMETRY);
+  EXPECT_EQ(kind_of(TroubleKind::kVertexLimit), v1::TROUBLE_KIND_VERTEX_LIMIT);
+  EXPECT_EQ(kind_of(TroubleKind::kCrossed), v1::TROUBLE_KIND_CROSSED);
+  EXPECT_EQ(kind_of(TroubleKind::kCurvature), v1::TROUBLE_KIND_CURVATURE);
+  EXPECT_EQ(kind_of(TroubleKind::kSizeJump), v1::TROUBLE_KIND_SIZE_JUMP);
+  EXPECT_EQ(kind_of(TroubleKind::kUnsettled), v1::TROUBLE_KIND_UNSETTLED);
 }
 
 TEST(ConvertReply, NamesEveryReasonToStop) {

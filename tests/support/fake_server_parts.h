@@ -79,6 +79,9 @@ class FakeEngine final : public Engine {
     progress.stop_reason = work_ == 0 ? StopReason::kConverged : StopReason::kVisitBudget;
     return progress;
   }
+  std::vector<Trouble> FindTroubles() const override {
+    return {{.kind = TroubleKind::kSizeJump, .vertex_count = visits_}};
+  }
   MeshDiff Commit() override {
     PLIANT_CHECK(!script_->throw_in_commit, "test", "commit");
     MeshDiff diff;

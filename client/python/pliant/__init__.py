@@ -36,7 +36,7 @@ pliant.errors.InvalidInput: NOT_POSITIVE_DEFINITE: ...
 
 from pliant import errors, metric, options
 from pliant.client import Client, SessionInfo, connect
-from pliant.diff import Diff, Progress
+from pliant.diff import Diff, Progress, Trouble
 from pliant.errors import (
     AlreadyExists, Cancelled, DeadlineExceeded, Error, FailedPrecondition, Internal, InvalidInput,
     NotFound, ReplicaMismatch, ResourceExhausted, SessionBusy, Unauthenticated, Unavailable,
@@ -53,7 +53,7 @@ __all__ = [
     "Advance", "AlreadyExists", "Cancelled", "Change", "Client", "Counts", "DeadlineExceeded",
     "Diff", "Domain", "Error", "FailedPrecondition", "Histogram", "Internal", "InvalidInput",
     "LengthStatistics", "Mesh", "MeshView", "NotFound", "Progress", "Quality", "ReplicaMismatch",
-    "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Subscription",
+    "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Subscription", "Trouble",
     "Unauthenticated", "Unavailable", "Unimplemented", "connect", "errors", "metric", "options",
     "start_local",
 ]

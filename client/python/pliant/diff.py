@@ -6,6 +6,41 @@ from pliant.replica import Change
 from pliant.v1 import edit_pb2
 
 
+@dataclass(frozen=True)
+class Trouble:
+    """A place where the metric is not met.
+
+    Attributes:
+        kind: "SIZE_JUMP", "CROSSED" (directions), "GEOMETRY" (smaller than the wanted size),
+            "CURVATURE" (more than the aspect ratio allows), "VERTEX_LIMIT" or "UNSETTLED".
+        vertex_count: vertices of bad triangles there.
+        place_count: above 1 where several places of one kind were put together.
+        center: (x, y) of the worst triangle, domain units.
+        box: (x_min, y_min, x_max, y_max) around the bad triangles, domain units.
+        q_min: least quality of a triangle there.
+        length_min, length_max: of the edges there, in the metric; 1 is what was asked for.
+    """
+
+    kind: str
+    vertex_count: int
+    place_count: int
+    center: tuple
+    box: tuple
+    q_min: float
+    length_min: float
+    length_max: float
+
+
+def make_trouble(message) -> Trouble:
+    """The Trouble in a `Trouble` message."""
+    kind = edit_pb2.TroubleKind.Name(message.kind).removeprefix("TROUBLE_KIND_")
+    box = message.box
+    return Trouble(kind, message.vertex_count, message.place_count,
+                   (message.center_x, message.center_y),
+                   (box.x_min, box.y_min, box.x_max, box.y_max),
+                   message.q_min, message.length_min, message.length_max)
+
+
 @dataclass(frozen=True, eq=False)
 class Diff(Change):
     """What an advance changed, and how it ended.
@@ -37,6 +72,8 @@ class Diff(Change):
         active_count: vertices that the loop has not finished; 0 if converged.
         visit_count, move_count, insertion_count, deletion_count, swap_count: work of the loop.
         cooled_count: vertices that came to rest by their age alone: the metric cannot be met there.
+        troubles: tuple of Trouble, the places where the metric is not met among what changed, the
+            largest first; empty while vertices are active.
         compute_us: time in the core, microseconds.
         elapsed_us: from when the server got the advance to its commit, microseconds.
     """
@@ -49,6 +86,7 @@ class Diff(Change):
     deletion_count: int
     swap_count: int
     cooled_count: int
+    troubles: tuple
     compute_us: int
     elapsed_us: int
 
@@ -100,5 +138,6 @@ def make_diff(change: Change, advanced) -> Diff:
         active_count=advanced.active_count, visit_count=advanced.visit_count,
         move_count=advanced.move_count, insertion_count=advanced.insertion_count,
         deletion_count=advanced.deletion_count, swap_count=advanced.swap_count,
-        cooled_count=advanced.cooled_count, compute_us=advanced.compute_us,
+        cooled_count=advanced.cooled_count, troubles=tuple(map(make_trouble, advanced.troubles)),
+        compute_us=advanced.compute_us,
         elapsed_us=advanced.elapsed_us)

@@ -154,7 +154,8 @@ def test_options_reach_the_loop(tmp_path):
     paper = mesh("--variant", "paper")
     assert mesh("--variant", "paper", "--seed", "1") == paper
     assert mesh("--variant", "paper", "--seed", "2") != paper
-    run("remesh", PLATE, *SIZE, "--no-insert", "-o", tmp_path / "m.mesh")
+    subprocess.run([PLIANT, "remesh", PLATE, *SIZE, "--no-insert", "-o", tmp_path / "m.mesh"],
+                   check=True, capture_output=True)  # Warns: the metric is not met.
     assert len(meshio.read(tmp_path / "m.mesh").points) == 10
 
 
@@ -163,6 +164,16 @@ def test_a_limit_that_ends_the_loop_is_a_warning(tmp_path):
                            tmp_path / "m.mesh", "--local"], capture_output=True, text=True,
                           check=True)
     assert "--visits-max" in done.stderr and "still active" in done.stderr
+
+
+def test_a_metric_that_cannot_be_met_is_a_warning_that_says_where_and_why(tmp_path):
+    done = subprocess.run([PLIANT, "remesh", PLATE, "--size", "x < 1 ? 0.2 : 0.01", "-o",
+                           tmp_path / "m.mesh", "--local", "--json", tmp_path / "r.json"],
+                          capture_output=True, text=True, check=True)
+    assert "the metric is not met at" in done.stderr and "size_jump" in done.stderr
+    jumps = [trouble for trouble in json.loads((tmp_path / "r.json").read_text())["troubles"]
+             if trouble["kind"] == "size_jump"]
+    assert jumps and all(t["box"][0] < 1.05 and t["box"][2] > 0.7 for t in jumps)
 
 
 # --- Refusals ------------------------------------------------------------------------------------

@@ -81,6 +81,30 @@ TEST(Report, EarlyEndsAreExplained) {
   EXPECT_THAT(StopWarning(report), HasSubstr("--vertices-max"));
 }
 
+TEST(Report, TroublesAreNamedCountedAndPlaced) {
+  RemeshResult result;
+  EXPECT_THAT(TroubleWarning(result.report), IsEmpty());
+  EXPECT_THAT(RemeshJson({}, result)["troubles"], IsEmpty());
+  result.report.troubles = {{.kind = TroubleKind::kSizeJump,
+                             .vertex_count = 1200,
+                             .place_count = 2,
+                             .center = {0.25, -8},
+                             .box = {{0, -9}, {1, -7}},
+                             .q_min = 0.125,
+                             .length_min = 0.5,
+                             .length_max = 3},
+                            {.kind = TroubleKind::kGeometry, .vertex_count = 34}};
+  const std::string text = TroubleWarning(result.report);
+  EXPECT_THAT(text, HasSubstr("3 places, 1,234 vertices"));
+  EXPECT_THAT(text, HasSubstr("size_jump"));
+  EXPECT_THAT(text, HasSubstr("near (0.25, -8), lengths 0.5 to 3, quality 0.125"));
+  const Json json = RemeshJson({}, result)["troubles"];
+  EXPECT_EQ(json[0]["kind"], "size_jump");
+  EXPECT_EQ(json[0]["box"], Json({0.0, -9.0, 1.0, -7.0}));
+  EXPECT_EQ(json[1]["kind"], "geometry");
+  EXPECT_EQ(json[1]["vertex_count"], 34);
+}
+
 TEST(Report, TextForPeopleHasEveryMeasure) {
   Quality quality;
   quality.vertex_count = 12345;

@@ -344,3 +344,17 @@ def test_large_mesh(client, capsys):
             4 * tensors[near], mesh.vertex_ids[near]))
         assert 0 < len(diff.triangle_ids) < 0.1 * len(mesh.triangles)
         check_same(large.mesh, timed("download", large.download))
+
+
+def test_a_jump_of_the_size_is_reported_as_trouble(client):
+    with client.create_session(domain=square(), metric=pliant.metric.size(0.05)) as one:
+        assert one.update_metric(pliant.metric.size(0.051)).troubles == ()
+        diff = one.update_metric(pliant.metric.size("x < 0.5 ? 0.2 : 0.01"))
+        jumps = [trouble for trouble in diff.troubles if trouble.kind == "SIZE_JUMP"]
+        assert jumps and len(diff.troubles) <= 32
+        for trouble in jumps:
+            x_min, y_min, x_max, y_max = trouble.box
+            assert x_min <= trouble.center[0] <= x_max and y_min <= trouble.center[1] <= y_max
+            assert x_min < 0.55 and x_max > 0.2
+            assert trouble.vertex_count >= 3 and trouble.place_count >= 1
+            assert trouble.q_min < 0.4 or trouble.length_min < 0.5 or trouble.length_max > 2.5

@@ -1,0 +1,59 @@
+// PliantLoop, the part that ends an update, and its state between updates.
+
+#include <utility>
+
+#include "core/pliant/loop.h"
+
+namespace pliant {
+
+bool PliantLoop::Mend() {
+  PLIANT_CHECK(state_.queue.empty() && mender_.done());
+  // The paper's loop has no such thing.
+  if (options_.variant == Variant::kPaper) state_.mending = Mending::kDone;
+  switch (state_.mending) {
+    case Mending::kNotBegun:
+      mender_.Start();
+      state_.mending = Mending::kFirst;
+      return true;
+    case Mending::kFirst:
+      // As a later update would find them: those that the update has worn out get visits again.
+      BeginUpdate(SettingsOf(options_));
+      for (const VertexId node : mender_.TakeMoved()) {
+        // A later update may have deleted what a mending that was cut short had moved.
+        if (mesh_.IsLive(node)) PushRing(node, 0);
+      }
+      state_.mending = Mending::kSettling;
+      return true;
+    case Mending::kSettling:
+      mender_.Start();
+      state_.mending = Mending::kLast;
+      return true;
+    case Mending::kLast:
+      mender_.TakeMoved();
+      state_.mending = Mending::kDone;
+      return false;
+    case Mending::kDone:
+      return false;
+  }
+  PLIANT_CHECK(false, "mending");
+}
+
+void PliantLoop::MendNext(const MetricField& field) {
+  const Mender::Mended mended = mender_.VisitNext(field);
+  state_.counts.moves += mended.moves;
+  state_.counts.swaps += mended.swaps;
+  state_.counts.mended += mended.moves + mended.swaps;
+}
+
+PliantLoop::State PliantLoop::Save() const {
+  State state = state_;
+  state.mender = mender_.state();
+  return state;
+}
+
+void PliantLoop::Restore(State state) {
+  mender_.Restore(std::exchange(state.mender, {}));
+  state_ = std::move(state);
+}
+
+}  // namespace pliant
