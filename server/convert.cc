@@ -7,6 +7,7 @@
 
 #include "server/convert_array.h"
 #include "server/convert_mesh.h"
+#include "server/convert_motion.h"
 #include "server/limits.h"
 
 namespace pliant::server {
@@ -368,6 +369,15 @@ Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance) {
   return spec;
 }
 
+namespace {
+
+decltype(UpdateCommand::body) MotionOrBad(Result<MotionUpdate> motion) {
+  if (!motion.ok()) return BadUpdate{motion.error()};
+  return std::move(motion).value();
+}
+
+}  // namespace
+
 UpdateCommand ConvertUpdate(const v1::EditRequest& request) {
   UpdateCommand command;
   command.update_id = request.update_id();
@@ -390,10 +400,10 @@ UpdateCommand ConvertUpdate(const v1::EditRequest& request) {
       command.body = DiscardUpdate{};
       break;
     case v1::EditRequest::kBoundary:
-      command.body = BadUpdate{NotYet("Moving boundaries", "boundary")};
+      command.body = MotionOrBad(ConvertBoundaryUpdate(request.boundary()));
       break;
     case v1::EditRequest::kNodes:
-      command.body = BadUpdate{NotYet("Moving nodes", "nodes")};
+      command.body = MotionOrBad(ConvertNodeUpdate(request.nodes()));
       break;
     case v1::EditRequest::kDomain:
       command.body = BadUpdate{NotYet("Replacing the domain", "domain")};

@@ -36,8 +36,8 @@ struct RequestLimits {
 /// Errors: kOutOfRange, kUnimplemented.
 [[nodiscard]] Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance);
 
-/// A numbered command: metric, discard, advance, and the kinds that are not implemented. What is
-/// wrong with it becomes its body.
+/// A numbered command: metric, motions, discard, advance, and the kinds that are not implemented.
+/// What is wrong with it becomes its body.
 /// @pre the command is none of open, chunk, cancel and acknowledge, which streams handle.
 [[nodiscard]] UpdateCommand ConvertUpdate(const v1::EditRequest& request);
 

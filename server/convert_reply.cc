@@ -179,6 +179,7 @@ void WriteBody(const AdvancedEvent& advanced, const SessionEvent& event, const W
   wire.set_compute_us(advanced.compute.count());
   wire.set_elapsed_us(advanced.elapsed.count());
   for (const Trouble& trouble : advanced.troubles) Write(trouble, *wire.add_troubles());
+  if (advanced.motion_fraction) wire.set_motion_fraction(*advanced.motion_fraction);
 }
 
 void WriteBody(const ClosingEvent& closing, const SessionEvent&, const WantedParts&,

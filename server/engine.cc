@@ -3,6 +3,8 @@
 #include <utility>
 
 #include "core/mesh/validate.h"
+#include "core/motion/move.h"
+#include "core/pliant/followed_metric.h"
 
 namespace pliant::server {
 namespace {
@@ -15,6 +17,10 @@ class RemesherEngine final : public Engine {
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) override {
     return remesher_->SetTensors(vertices, tensors);
   }
+  Result<MotionReport> Move(const MotionRequest& request) override {
+    return MoveVertices(*remesher_, request);
+  }
+  std::vector<VertexId> Vertices() const override { return LiveVertices(remesher_->mesh()); }
   Result<Progress> Step(const Budget& budget) override { return remesher_->Step(budget); }
   std::vector<Trouble> FindTroubles() const override { return remesher_->FindTroubles(); }
   MeshDiff Commit() override { return remesher_->Commit(); }

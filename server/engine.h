@@ -12,6 +12,7 @@
 #include "core/geometry/mesh_data.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
+#include "core/motion/motion.h"
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
@@ -35,6 +36,10 @@ class Engine {
   virtual Status SetMetric(const MetricSpec& metric) = 0;
   virtual Status SetTensors(std::span<const VertexId> vertices,
                             std::span<const Metric> tensors) = 0;
+  /// As pliant::MoveVertices.
+  virtual Result<MotionReport> Move(const MotionRequest& request) = 0;
+  /// Live vertices now, ascending.
+  [[nodiscard]] virtual std::vector<VertexId> Vertices() const = 0;
   virtual Result<Progress> Step(const Budget& budget) = 0;
   [[nodiscard]] virtual std::vector<Trouble> FindTroubles() const = 0;
   virtual MeshDiff Commit() = 0;

@@ -82,6 +82,8 @@ inline constexpr std::size_t kRequestIdLengthMax = 64;
 /// Characters of one expression: a person's formula is a tenth of it; evaluation cost grows with
 /// it.
 inline constexpr std::size_t kExpressionLengthMax = 4096;
+/// Motions by tag in one update: more than any boundary has parts that move differently.
+inline constexpr std::size_t kTagMotionsMax = 4096;
 /// Labels of a session and characters of a key or a value: 1,000 sessions of a list with usual
 /// labels then fit into one message.
 inline constexpr std::size_t kLabelsMax = 16;

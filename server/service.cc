@@ -252,10 +252,11 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
   if (!context_.access->TenantOf(*call)) return Refuse(call);
   response->set_version(PLIANT_VERSION);
   for (const char* capability :
-       {"create.domain", "create.mesh", "edit.metric", "edit.discard", "edit.advance",
-        "metric.expression", "metric.size", "metric.vertices", "metric.background",
-        "limits.size_min", "limits.size_max", "limits.anisotropy_max", "limits.gradation",
-        "limits.rotation", "part.metric", "numbering.dense", "subscribe", "quality.limited"}) {
+       {"create.domain",   "create.mesh",           "edit.metric",       "edit.boundary",
+        "edit.nodes",      "edit.discard",          "edit.advance",      "metric.expression",
+        "metric.size",     "metric.vertices",       "metric.background", "limits.size_min",
+        "limits.size_max", "limits.anisotropy_max", "limits.gradation",  "limits.rotation",
+        "part.metric",     "numbering.dense",       "subscribe",         "quality.limited"}) {
     response->add_capabilities(capability);
   }
   auto& limits = *response->mutable_limits();

@@ -313,7 +313,10 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
     BeginAdvance(editor, id, *spec);
   } else {
     const auto* metric = std::get_if<MetricUpdate>(&command.body);
-    const Status status = metric != nullptr ? engine_->Stage(*metric) : engine_->Discard();
+    const auto* motion = std::get_if<MotionUpdate>(&command.body);
+    const Status status = metric != nullptr   ? engine_->Stage(*metric)
+                          : motion != nullptr ? engine_->StageMotion(*motion)
+                                              : engine_->Discard();
     if (!status.ok()) {
       Reject(editor, id, status.error());
       return;

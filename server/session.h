@@ -120,8 +120,9 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     Clock::Time begin;
     std::chrono::nanoseconds compute{0};
     Revision base_revision = Revision::kNone;
-    Progress progress;            // Since the last commit...
-    LoopCounts committed_counts;  // ...and what this advance has committed before.
+    Progress progress;                      // Since the last commit...
+    LoopCounts committed_counts;            // ...and what this advance has committed before.
+    std::optional<double> motion_fraction;  // Of the motions that were staged for it.
     Clock::Time last_progress;
     Clock::Time last_commit;
   };

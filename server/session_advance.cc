@@ -34,6 +34,7 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
                             .base_revision = revision_,
                             .progress = {},
                             .committed_counts = {},
+                            .motion_fraction = engine_->motion_fraction(),
                             .last_progress = now,
                             .last_commit = now};
   const std::lock_guard lock(mutex_);
@@ -159,6 +160,7 @@ void Session::FinishAdvance(AdvanceEnd end) {
       .progress = advance.progress,
       .troubles = std::move(troubles),
       .end = end,
+      .motion_fraction = advance.motion_fraction,
       .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute +
                                                                        (now - commit_begin)),
       .elapsed = std::chrono::duration_cast<std::chrono::microseconds>(now - advance.begin)};

@@ -13,6 +13,7 @@
 #include "core/base/result.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
+#include "core/motion/motion.h"
 #include "core/pliant/remesher.h"
 #include "server/engine.h"
 
@@ -55,6 +56,14 @@ struct MetricUpdate {
   std::optional<double> rotation = {};
 };
 
+/// What moves.
+struct MotionUpdate {
+  std::string field = {};                 ///< Of the request: "boundary" or "nodes".
+  std::optional<Revision> revision = {};  ///< Whose vertices are named; absent if none are.
+  bool names_all = false;                 ///< `positions` are those of all live vertices.
+  MotionRequest request = {};
+};
+
 /// Forgets what is staged.
 struct DiscardUpdate {};
 
@@ -78,7 +87,8 @@ struct BadAdvance {
 /// A numbered command.
 struct UpdateCommand {
   std::int64_t update_id = 0;
-  std::variant<BadUpdate, BadAdvance, MetricUpdate, DiscardUpdate, AdvanceSpec> body = {};
+  std::variant<BadUpdate, BadAdvance, MetricUpdate, MotionUpdate, DiscardUpdate, AdvanceSpec> body =
+      {};
 };
 
 using SessionCommand = std::variant<OpenCommand, UpdateCommand>;
@@ -122,6 +132,7 @@ struct AdvancedEvent {
   Progress progress = {};
   std::vector<Trouble> troubles = {};  // Of a mesh that has come to rest.
   AdvanceEnd end = AdvanceEnd::kEngine;
+  std::optional<double> motion_fraction = {};  ///< Absent if nothing was to move.
   std::chrono::microseconds compute{0};
   std::chrono::microseconds elapsed{0};
 };

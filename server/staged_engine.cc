@@ -1,5 +1,6 @@
 #include "server/staged_engine.h"
 
+#include <algorithm>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -15,6 +16,27 @@ Status Named(const Status& status, const std::string& field) {
   if (status.ok()) return status;
   Error error = status.error();
   if (error.field.empty()) error.field = field;
+  return error;
+}
+
+// The same for motions, whose fields in the core are those of MotionRequest.
+Status NamedBy(const Status& status, const std::string& update) {
+  if (status.ok()) return status;
+  Error error = status.error();
+  const std::string& field = error.field;
+  if (field == "motion.vertices") {
+    error.field = update + ".vertices.vertex_ids";
+  } else if (field == "motion.positions") {
+    error.field = update + ".vertices.positions";
+  } else if (field == "motion.revision") {
+    error.field = update + ".vertices.revision";
+  } else if (field == "motion.tags") {
+    error.field = update + ".tags";
+  } else if (field == "motion.follow_length") {
+    error.field = update + ".metric_follow_length";
+  } else {
+    error.field = update;
+  }
   return error;
 }
 
@@ -63,6 +85,33 @@ Status StagedEngine::Stage(const MetricUpdate& update) {
     return Named(status, tensors != nullptr ? "metric.tensors" : "metric");
   }
   ++staged_count_;
+  return {};
+}
+
+Status StagedEngine::StageMotion(const MotionUpdate& update) {
+  const Status status = Move(update);
+  if (!status.ok()) {
+    tainted_ = true;
+    return NamedBy(status, update.field);
+  }
+  ++staged_count_;
+  return {};
+}
+
+Status StagedEngine::Move(const MotionUpdate& update) {
+  if (update.revision && *update.revision != revision()) {
+    return Error{ErrorCode::kRevisionMismatch,
+                 "positions are for revision " +
+                     std::to_string(static_cast<std::int64_t>(*update.revision)) +
+                     "; the session is at " + std::to_string(static_cast<std::int64_t>(revision())),
+                 "motion.revision"};
+  }
+  MotionRequest request = update.request;
+  if (update.names_all) request.vertices = engine_->Vertices();
+  PLIANT_ASSIGN_OR_RETURN(const MotionReport report, engine_->Move(request));
+  motion_fraction_ = std::min(report.fraction, motion_fraction_.value_or(1));
+  // What follows the boundary is no longer what the specification says.
+  if (request.follow_length > 0) spec_ = nullptr;
   return {};
 }
 
@@ -126,6 +175,7 @@ Status StagedEngine::Discard() {
   }
   spec_ = committed_spec_;
   staged_count_ = 0;
+  motion_fraction_.reset();
   tainted_ = false;
   stepped_ = false;
   return {};
@@ -137,6 +187,7 @@ MeshDiff StagedEngine::Commit() {
   first_input_ = nullptr;
   committed_spec_ = spec_;
   staged_count_ = 0;
+  motion_fraction_.reset();
   stepped_ = false;
   return diff;
 }

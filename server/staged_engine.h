@@ -26,6 +26,13 @@ class StagedEngine {
   /// kRevisionMismatch, kUnimplemented; then the engine is as before, but tainted().
   Status Stage(const MetricUpdate& update);
 
+  /// Stages a motion. Errors: those of Engine::Move, `field` below "boundary" or "nodes",
+  /// kRevisionMismatch; then the engine is as before, but tainted().
+  Status StageMotion(const MotionUpdate& update);
+
+  /// How far the staged motions went, the least of them; absent if there are none.
+  [[nodiscard]] std::optional<double> motion_fraction() const { return motion_fraction_; }
+
   /// Records that an update that belongs to this stage was refused.
   void Taint() { tainted_ = true; }
   /// True if an update was refused since the last commit or discard: a commit would be half of
@@ -53,6 +60,7 @@ class StagedEngine {
                std::unique_ptr<Engine> engine);
   Status SetSpec(const MetricUpdate& update);
   Status SetTensors(const VertexTensors& tensors);
+  Status Move(const MotionUpdate& update);
 
   EngineFactory factory_;
   std::unique_ptr<EngineInput> first_input_;  // Until the first commit.
@@ -62,6 +70,7 @@ class StagedEngine {
   std::shared_ptr<const MetricSpec> spec_;
   std::shared_ptr<const MetricSpec> committed_spec_;
   std::int32_t staged_count_ = 0;
+  std::optional<double> motion_fraction_;
   bool tainted_ = false;
   bool stepped_ = false;  // The engine has worked since its last commit.
 };

@@ -270,10 +270,6 @@ TEST(ConvertUpdate, TurnsEveryKindThatIsNotImplementedIntoItsRefusal) {
   };
   v1::EditRequest request;
   request.set_update_id(6);
-  request.mutable_boundary();
-  EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
-  request.mutable_nodes();
-  EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
   request.mutable_domain();
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
   request.mutable_fields();
@@ -284,6 +280,20 @@ TEST(ConvertUpdate, TurnsEveryKindThatIsNotImplementedIntoItsRefusal) {
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
   request.mutable_rollback();
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
+}
+
+TEST(ConvertUpdate, TakesMotions) {
+  v1::EditRequest request;
+  request.mutable_boundary();
+  EXPECT_TRUE(std::holds_alternative<BadUpdate>(ConvertUpdate(request).body)) << "moves nothing";
+  v1::TagMotion& motion = *request.mutable_boundary()->add_tags();
+  motion.add_tags(3);
+  motion.mutable_translation()->set_x(1);
+  EXPECT_TRUE(std::holds_alternative<MotionUpdate>(ConvertUpdate(request).body));
+  request.mutable_nodes();
+  EXPECT_TRUE(std::holds_alternative<BadUpdate>(ConvertUpdate(request).body)) << "moves nothing";
+  request.mutable_nodes()->mutable_vertices()->set_revision(1);
+  EXPECT_TRUE(std::holds_alternative<MotionUpdate>(ConvertUpdate(request).body));
 }
 
 // Goal: a bad advance does not count as a bad update: it leaves the stage as it is.

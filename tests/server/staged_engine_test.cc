@@ -4,6 +4,8 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <utility>
+#include <vector>
 
 #include "tests/support/fake_server_parts.h"
 
@@ -60,6 +62,57 @@ TEST(StagedEngine, ChangesOnlyWhatAnUpdateNames) {
   ASSERT_TRUE(f.engine.Stage({.source = SizeMetric{"x"}, .time = 4.0}).ok());
   ASSERT_TRUE(f.engine.Stage({.source = {}, .size_min = 0.1}).ok());
   EXPECT_THAT(f.script->calls, ElementsAre("metric t=4", "metric t=4"));
+}
+
+MotionUpdate Motion(Revision revision) {
+  MotionUpdate motion{.field = "boundary", .revision = revision};
+  motion.request.vertices = {VertexId(0)};
+  motion.request.positions = {{1, 2}};
+  return motion;
+}
+
+TEST(StagedEngine, StagesMotionsAndTellsHowFarTheyWent) {
+  Fixture f;
+  f.engine.Commit();
+  EXPECT_FALSE(f.engine.motion_fraction().has_value());
+  ASSERT_TRUE(f.engine.StageMotion(Motion(Revision(1))).ok());
+  EXPECT_EQ(f.engine.motion_fraction(), 1);
+  f.script->motion_fraction = 0.25;
+  MotionUpdate all{.field = "nodes", .revision = Revision(1), .names_all = true};
+  all.request.positions = {{0, 0}, {1, 0}, {0, 1}};
+  ASSERT_TRUE(f.engine.StageMotion(all).ok());
+  f.script->motion_fraction = 0.5;
+  MotionUpdate by_tag{.field = "boundary"};
+  by_tag.request.tags.push_back({{7}, Translation{{1, 0}}});
+  ASSERT_TRUE(f.engine.StageMotion(by_tag).ok());
+  EXPECT_EQ(f.engine.motion_fraction(), 0.25);
+  EXPECT_EQ(f.engine.staged_count(), 3);
+  EXPECT_THAT(f.script->calls, ElementsAre("move 1/0", "move 3/0", "move 0/1"));
+  f.engine.Commit();
+  EXPECT_FALSE(f.engine.motion_fraction().has_value());
+}
+
+TEST(StagedEngine, RefusesMotionsInTheWordsOfTheRequest) {
+  Fixture f;
+  f.engine.Commit();
+  const std::vector<std::pair<const char*, const char*>> names = {
+      {"motion.vertices", "boundary.vertices.vertex_ids"},
+      {"motion.positions", "boundary.vertices.positions"},
+      {"motion.tags", "boundary.tags"},
+      {"motion.follow_length", "boundary.metric_follow_length"},
+      {"motion", "boundary"}};
+  for (const auto& [inside, outside] : names) {
+    f.script->update_error = Error{ErrorCode::kNotFinite, "no", inside, 3};
+    const Status status = f.engine.StageMotion(Motion(Revision(1)));
+    ASSERT_FALSE(status.ok());
+    EXPECT_EQ(status.error().field, outside);
+    EXPECT_EQ(status.error().index, 3);
+    EXPECT_TRUE(f.engine.tainted());
+  }
+  const Status status = f.engine.StageMotion(Motion(Revision(2)));
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::kRevisionMismatch);
+  EXPECT_EQ(status.error().field, "boundary.vertices.revision");
 }
 
 TEST(StagedEngine, ForgetsAStagedMetricWithTheStage) {

@@ -37,6 +37,7 @@ struct FakeEngineScript {
   std::optional<Error> create_error = {};
   std::optional<Error> step_error = {};
   std::optional<Error> update_error = {};
+  double motion_fraction = 1;  ///< What a motion reaches.
   bool throw_in_step = false;
   bool throw_in_commit = false;
   bool invalid_after_rollback = false;
@@ -59,6 +60,17 @@ class FakeEngine final : public Engine {
     script_->calls.push_back("tensors " + std::to_string(vertices.size()) + "/" +
                              std::to_string(tensors.size()));
     return Update();
+  }
+  Result<MotionReport> Move(const MotionRequest& request) override {
+    script_->calls.push_back("move " + std::to_string(request.vertices.size()) + "/" +
+                             std::to_string(request.tags.size()));
+    PLIANT_RETURN_IF_ERROR(Update());
+    MotionReport report;
+    report.fraction = script_->motion_fraction;
+    return report;
+  }
+  std::vector<VertexId> Vertices() const override {
+    return {VertexId(0), VertexId(2), VertexId(3)};
   }
   Result<Progress> Step(const Budget& budget) override {
     PLIANT_CHECK(!script_->throw_in_step, "test", "step");

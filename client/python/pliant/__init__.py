@@ -34,7 +34,7 @@ pliant.errors.InvalidInput: NOT_POSITIVE_DEFINITE: ...
 >>> client.close()
 """
 
-from pliant import errors, metric, options
+from pliant import errors, metric, motion, options
 from pliant.client import Client, SessionInfo, connect
 from pliant.diff import Diff, Progress, Trouble
 from pliant.errors import (
@@ -54,6 +54,6 @@ __all__ = [
     "Diff", "Domain", "Error", "FailedPrecondition", "Histogram", "Internal", "InvalidInput",
     "LengthStatistics", "Mesh", "MeshView", "NotFound", "Progress", "Quality", "ReplicaMismatch",
     "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Subscription", "Trouble",
-    "Unauthenticated", "Unavailable", "Unimplemented", "connect", "errors", "metric", "options",
-    "start_local",
+    "Unauthenticated", "Unavailable", "Unimplemented", "connect", "errors", "metric", "motion",
+    "options", "start_local",
 ]

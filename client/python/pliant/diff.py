@@ -1,6 +1,7 @@
 """What an advance changed."""
 
 from dataclasses import dataclass
+from typing import Optional
 
 from pliant.replica import Change
 from pliant.v1 import edit_pb2
@@ -74,6 +75,7 @@ class Diff(Change):
         cooled_count: vertices that came to rest by their age alone: the metric cannot be met there.
         troubles: tuple of Trouble, the places where the metric is not met among what changed, the
             largest first; empty while vertices are active.
+        motion_fraction: share of the motion that was done, 0 to 1; None if nothing was to move.
         compute_us: time in the core, microseconds.
         elapsed_us: from when the server got the advance to its commit, microseconds.
     """
@@ -87,6 +89,7 @@ class Diff(Change):
     swap_count: int
     cooled_count: int
     troubles: tuple
+    motion_fraction: Optional[float]
     compute_us: int
     elapsed_us: int
 
@@ -139,5 +142,6 @@ def make_diff(change: Change, advanced) -> Diff:
         move_count=advanced.move_count, insertion_count=advanced.insertion_count,
         deletion_count=advanced.deletion_count, swap_count=advanced.swap_count,
         cooled_count=advanced.cooled_count, troubles=tuple(map(make_trouble, advanced.troubles)),
+        motion_fraction=advanced.motion_fraction if advanced.HasField("motion_fraction") else None,
         compute_us=advanced.compute_us,
         elapsed_us=advanced.elapsed_us)

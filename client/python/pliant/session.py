@@ -3,7 +3,7 @@
 import threading
 from typing import Any, Callable, List, Optional
 
-from pliant import arrays, calls, diff, errors, quality, replica, stream
+from pliant import arrays, calls, diff, errors, motion, quality, replica, stream
 from pliant import metric as metrics
 from pliant import options as opts
 from pliant.v1 import edit_pb2, mesh_pb2, metric_pb2, session_pb2
@@ -111,6 +111,51 @@ class Session:
                 self._run([("discard", lambda _: edit_pb2.Discard())])
                 raise errors.from_detail(answer.rejected.error)
 
+    def move_boundary(self, motions: Any = None, positions: Any = None, vertex_ids: Any = None, *,
+                      stop_if_impossible: bool = False, metric_follow_length: float = 0,
+                      advance: Optional[opts.Advance] = None) -> diff.Diff:
+        """Moves parts of the boundary or of internal constraints, and returns what changed.
+
+        Vertices that the loop put on a moved edge ride along. Everything moves at the same time.
+
+        Args:
+            motions: {tag or (tag, ...): motion}, motions made by `pliant.motion`.
+            positions: (k, 2) new positions of the vertices `vertex_ids`; they arrive bit for bit.
+                Where they leave the line of their edge, the boundary has corners from then on.
+            vertex_ids: (k,) slots, entries of `mesh.vertex_ids`, none twice.
+            stop_if_impossible: go as far as boundaries do not cross; `Diff.motion_fraction` tells
+                how far. Default: such a motion is refused.
+            metric_follow_length: vertices within this many wanted edge lengths of what moves, and
+                their metric, go with it (boundary layers).
+            advance: how long the loop may run. Default: until converged.
+
+        Raises:
+            InvalidInput: CROSSING_SEGMENTS if boundaries would cross (`index` and `other_index`:
+                the constrained edges that meet), INDEX_OUT_OF_RANGE, NOT_FINITE and so on.
+        """
+        with self._lock:
+            command = motion.boundary_command(self._seen_revision(), motions, positions, vertex_ids,
+                                              stop_if_impossible, metric_follow_length)
+            return self._advance([command], advance)
+
+    def move_nodes(self, positions: Any, vertex_ids: Any = None, *,
+                   stop_if_impossible: bool = False,
+                   advance: Optional[opts.Advance] = None) -> diff.Diff:
+        """Moves any vertices, as Lagrangian and ALE solvers do, and returns what changed.
+
+        All arrive at their positions bit for bit; afterwards the loop may smooth or delete those
+        in the interior where the metric asks for it.
+
+        Args:
+            positions: (n, 2), row i for `mesh.vertex_ids[i]`; or (k, 2) with `vertex_ids`.
+            vertex_ids: (k,) slots, none twice.
+            stop_if_impossible, advance: as for `move_boundary`.
+        """
+        with self._lock:
+            command = motion.nodes_command(self._seen_revision(), positions, vertex_ids,
+                                           stop_if_impossible)
+            return self._advance([command], advance)
+
     def advance(self, visits_max: Optional[int] = None, time_ms_max: Optional[int] = None,
                 on_progress: Optional[Callable[[diff.Progress], None]] = None) -> diff.Diff:
         """Commits what is staged and runs the loop until converged, or as long as allowed.
@@ -190,6 +235,11 @@ class Session:
         counts = self._mirror.counts
         return (f"Session({self._session_id!r}, revision {self.revision}, "
                 f"{counts.vertices} vertices, {counts.triangles} triangles)")
+
+    def _seen_revision(self):
+        if self._mirror.revision == 0:
+            self._ensure_stream()
+        return self._mirror.revision
 
     def _metric_command(self, metric, vertex_ids, time, limits):
         if self._mirror.revision == 0:

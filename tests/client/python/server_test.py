@@ -358,3 +358,46 @@ def test_a_jump_of_the_size_is_reported_as_trouble(client):
             assert x_min < 0.55 and x_max > 0.2
             assert trouble.vertex_count >= 3 and trouble.place_count >= 1
             assert trouble.q_min < 0.4 or trouble.length_min < 0.5 or trouble.length_max > 2.5
+
+
+def test_a_hole_moves_and_keeps_its_vertices(client):
+    domain = pliant.Domain(SQUARE + HOLE, np.concatenate([LOOP, LOOP + 4]),
+                           tags=[1, 2, 3, 4, 5, 5, 5, 5], holes=[[0.5, 0.5]])
+    with client.create_session(domain=domain, metric=pliant.metric.size(0.05)) as one:
+        diff = one.move_boundary({5: pliant.motion.Translation(0.2, -0.1)})
+        assert diff.motion_fraction == 1
+        check_mesh(one.mesh, 0.96)
+        corners = one.mesh.points[np.searchsorted(one.mesh.vertex_ids, [4, 5, 6, 7])]
+        assert (corners == np.array(HOLE) + [0.2, -0.1]).all()
+
+        one.move_boundary({(5,): pliant.motion.Rotation((0.7, 0.4), np.pi / 2)},
+                          metric_follow_length=2)
+        check_mesh(one.mesh, 0.96)
+        before = one.mesh
+        with pytest.raises(pliant.errors.InvalidInput) as refused:
+            one.move_boundary({5: pliant.motion.Translation(0.4, 0)})
+        assert refused.value.code == "CROSSING_SEGMENTS"
+        check_same(one.mesh, before)
+        diff = one.move_boundary({5: pliant.motion.Translation(0.4, 0)}, stop_if_impossible=True)
+        assert 0.45 < diff.motion_fraction < 0.5
+        check_mesh(one.mesh, 0.96)
+
+
+def test_nodes_move_where_they_are_told_to(session):
+    mesh = session.mesh
+    x, y = mesh.points.T
+    bump = (16 * x * (1 - x) * y * (1 - y))[:, None]
+    wanted = mesh.points + 0.02 * bump * [[1.0, 0.5]]
+    diff = session.move_nodes(wanted, advance=pliant.Advance(visits_max=1))
+    assert diff.motion_fraction == 1
+    same = (session.mesh.points == wanted).all(axis=1)
+    assert (~same).sum() <= 1  # The loop was let to one vertex.
+    given = session.mesh.vertex_ids[:2]
+    session.move_nodes([[-0.1, -0.1], [1.1, 0.0]], vertex_ids=given)
+    check_mesh(session.mesh, areas(session.mesh).sum())
+    assert (session.mesh.points[:2] == [[-0.1, -0.1], [1.1, 0.0]]).all()
+    with pytest.raises(pliant.errors.InvalidInput) as refused:
+        session.move_nodes([[0, 0], [1, np.nan]], vertex_ids=given)
+    assert (refused.value.code, refused.value.index) == ("NOT_FINITE", 1)
+    with pytest.raises(pliant.errors.InvalidInput):
+        session.move_boundary()
