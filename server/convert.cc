@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "server/convert_array.h"
+#include "server/convert_fields.h"
 #include "server/convert_mesh.h"
 #include "server/convert_motion.h"
 #include "server/limits.h"
@@ -83,7 +84,10 @@ Result<FieldSource> ConvertSource(const v1::MetricSource& wire) {
     case v1::MetricSource::kDistance:
       return NotYet("A metric by distance", "metric.sources");
     case v1::MetricSource::kSolution:
-      return NotYet("A metric from a solution", "metric.sources");
+      return Error{ErrorCode::kProtocolOrder,
+                   "a solution needs vertices: give another metric first and the solution once "
+                   "there is a revision",
+                   "metric.sources"};
     case v1::MetricSource::SOURCE_NOT_SET:
       break;
   }
@@ -321,6 +325,10 @@ Result<MetricUpdate> ConvertMetricUpdate(const v1::MetricUpdate& wire) {
     PLIANT_ASSIGN_OR_RETURN(update.source, ConvertVertexMetric(source->vertices()));
     return update;
   }
+  if (source->has_solution()) {
+    PLIANT_ASSIGN_OR_RETURN(update.source, ConvertSolution(source->solution()));
+    return update;
+  }
   PLIANT_ASSIGN_OR_RETURN(FieldSource field, ConvertSource(*source));
   std::visit([&](auto& value) { update.source = std::move(value); }, field);
   return update;
@@ -409,7 +417,11 @@ UpdateCommand ConvertUpdate(const v1::EditRequest& request) {
       command.body = BadUpdate{NotYet("Replacing the domain", "domain")};
       break;
     case v1::EditRequest::kFields:
-      command.body = BadUpdate{NotYet("Fields on the server", "fields")};
+      if (auto fields = ConvertFields(request.fields()); fields.ok()) {
+        command.body = std::move(fields).value();
+      } else {
+        command.body = BadUpdate{fields.error()};
+      }
       break;
     case v1::EditRequest::kConstraints:
       command.body = BadUpdate{NotYet("Changing constraints", "constraints")};
@@ -437,9 +449,13 @@ Result<WantedParts> ConvertParts(const google::protobuf::RepeatedField<int>& par
       case v1::MESH_PART_METRIC:
         wanted.metric = true;
         break;
-      case v1::MESH_PART_RAW_METRIC:
       case v1::MESH_PART_FIELDS:
+        wanted.fields = true;
+        break;
       case v1::MESH_PART_TRANSFER:
+        wanted.transfer = true;
+        break;
+      case v1::MESH_PART_RAW_METRIC:
         return NotYet(v1::MeshPart_Name(static_cast<v1::MeshPart>(part)), "parts");
       default:
         return RangeError("parts has no known part", "parts");

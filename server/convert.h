@@ -36,7 +36,8 @@ struct RequestLimits {
 /// Errors: kOutOfRange, kUnimplemented.
 [[nodiscard]] Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance);
 
-/// A numbered command: metric, motions, discard, advance, and the kinds that are not implemented.
+/// A numbered command: metric, motions, fields, discard, advance, and the kinds that are not
+/// implemented.
 /// What is wrong with it becomes its body.
 /// @pre the command is none of open, chunk, cancel and acknowledge, which streams handle.
 [[nodiscard]] UpdateCommand ConvertUpdate(const v1::EditRequest& request);
@@ -44,6 +45,8 @@ struct RequestLimits {
 /// Which optional parts a client wants.
 struct WantedParts {
   bool metric = false;
+  bool fields = false;
+  bool transfer = false;
 };
 
 /// Errors: kOutOfRange for an unknown part, kUnimplemented.

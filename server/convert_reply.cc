@@ -7,6 +7,7 @@
 
 #include "core/base/check.h"
 #include "server/convert_array.h"
+#include "server/convert_fields.h"
 #include "server/error_status.h"
 
 namespace pliant::server {
@@ -212,6 +213,13 @@ v1::MeshDiff ToMeshDiff(const MeshDiff& diff, const ReplyContext& context) {
   *wire.mutable_counts() = ToMeshCounts(diff.summary);
   wire.set_state_hash(diff.summary.state_hash);
   if (context.parts.metric) WriteMetrics(diff, *wire.mutable_metric());
+  if (context.parts.transfer && diff.transfer) {
+    WriteTransferRows(*diff.transfer, *wire.mutable_transfer());
+  }
+  if (context.parts.fields) {
+    WriteFields(diff.fields.changed, *wire.mutable_fields());
+    for (const std::string& name : diff.fields.dropped_names) wire.add_fields()->set_name(name);
+  }
   return wire;
 }
 
@@ -237,6 +245,7 @@ v1::MeshSnapshot ToMeshSnapshot(const MeshDiff& snapshot, const ReplyContext& co
   *wire.mutable_counts() = ToMeshCounts(snapshot.summary);
   wire.set_state_hash(snapshot.summary.state_hash);
   if (context.parts.metric) WriteMetrics(snapshot, *wire.mutable_metric());
+  if (context.parts.fields) WriteFields(snapshot.fields.changed, *wire.mutable_fields());
   return wire;
 }
 

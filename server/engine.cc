@@ -2,12 +2,22 @@
 
 #include <utility>
 
+#include "core/mesh/export_mesh.h"
 #include "core/mesh/validate.h"
 #include "core/motion/move.h"
 #include "core/pliant/followed_metric.h"
 
 namespace pliant::server {
 namespace {
+
+/// Interleaved columns as fields of their own. A last row that is not complete shows as fields of
+/// different lengths.
+std::vector<std::vector<double>> ColumnsOf(std::span<const double> values,
+                                           std::size_t column_count) {
+  std::vector<std::vector<double>> columns(column_count);
+  for (std::size_t i = 0; i < values.size(); ++i) columns[i % column_count].push_back(values[i]);
+  return columns;
+}
 
 class RemesherEngine final : public Engine {
  public:
@@ -21,11 +31,42 @@ class RemesherEngine final : public Engine {
     return MoveVertices(*remesher_, request);
   }
   std::vector<VertexId> Vertices() const override { return LiveVertices(remesher_->mesh()); }
-  Result<Progress> Step(const Budget& budget) override { return remesher_->Step(budget); }
   std::vector<Trouble> FindTroubles() const override { return remesher_->FindTroubles(); }
-  MeshDiff Commit() override { return remesher_->Commit(); }
+  Status SetSolution(const SolutionRequest& request) override {
+    const ExportedMesh mesh = ExportMesh(remesher_->mesh());
+    std::vector<double> stored;
+    std::size_t column_count = request.column_count;
+    if (!request.values) {
+      const Field* field = remesher_->fields().Find(request.name);
+      if (field == nullptr || field->location != FieldLocation::kVertex) {
+        return Error{ErrorCode::kOutOfRange,
+                     "there is no field '" + request.name +
+                         "' at the vertices of this revision; fields that are staged count from "
+                         "the next advance on",
+                     "metric.solution.field"};
+      }
+      column_count = field->column_count;
+      for (const VertexId id : mesh.vertex_ids) {
+        const auto row = field->row(id.index());
+        stored.insert(stored.end(), row.begin(), row.end());
+      }
+    }
+    PLIANT_ASSIGN_OR_RETURN(
+        const std::vector<Metric> tensors,
+        MetricOfSolution(mesh.data,
+                         ColumnsOf(request.values ? *request.values : stored, column_count),
+                         request.target));
+    return remesher_->SetTensors({}, tensors);
+  }
+  Status SetFields(const FieldUpdate& update) override { return remesher_->SetFields(update); }
+  Result<Progress> Step(const Budget& budget) override { return remesher_->Step(budget); }
+  MeshDiff Commit() override { return remesher_->CommitAndTransfer(); }
   void Rollback() override { remesher_->Rollback(); }
-  MeshDiff Snapshot() const override { return remesher_->Snapshot(); }
+  MeshDiff Snapshot() const override {
+    MeshDiff snapshot = remesher_->Snapshot();
+    snapshot.fields.changed = remesher_->fields().At(snapshot.vertex_ids, snapshot.triangle_ids);
+    return snapshot;
+  }
   Quality MeasureQuality() const override {
     return pliant::MeasureQuality(remesher_->mesh(), remesher_->field());
   }

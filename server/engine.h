@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <variant>
@@ -12,6 +13,7 @@
 #include "core/geometry/mesh_data.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
+#include "core/metric/solution_metric.h"
 #include "core/motion/motion.h"
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
@@ -24,6 +26,15 @@ struct EngineInput {
   std::variant<Domain, MeshData> start;
   MetricSpec metric;
   Options options;
+};
+
+/// A metric that a nodal field asks for.
+struct SolutionRequest {
+  std::string name = {};  ///< Of a field of the session, if there are no values.
+  /// At the live vertices in ascending order, row after row: each column is a field of its own.
+  std::optional<std::vector<double>> values = {};
+  std::size_t column_count = 1;
+  SolutionTarget target = {};
 };
 
 /// What a session asks of its mesh: pliant::Remesher, seen through an interface so that tests can
@@ -40,8 +51,13 @@ class Engine {
   virtual Result<MotionReport> Move(const MotionRequest& request) = 0;
   /// Live vertices now, ascending.
   [[nodiscard]] virtual std::vector<VertexId> Vertices() const = 0;
-  virtual Result<Progress> Step(const Budget& budget) = 0;
   [[nodiscard]] virtual std::vector<Trouble> FindTroubles() const = 0;
+  /// Tensors at all vertices, from a solution. Errors: those of MetricOfSolution and SetTensors;
+  /// kOutOfRange if there is no nodal field of that name.
+  virtual Status SetSolution(const SolutionRequest& request) = 0;
+  virtual Status SetFields(const FieldUpdate& update) = 0;
+  virtual Result<Progress> Step(const Budget& budget) = 0;
+  /// With transfer rows.
   virtual MeshDiff Commit() = 0;
   virtual void Rollback() = 0;
   /// A commit now would spoil the first mesh, which is still being built from coarse to fine.

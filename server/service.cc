@@ -81,7 +81,8 @@ Result<std::vector<v1::GetMeshResponse>> MeshMessages(const Result<const Committ
                                                       const ReplyContext& wanted) {
   PLIANT_ASSIGN_OR_RETURN(const CommittedState* state, result);
   PLIANT_RETURN_IF_ERROR(CheckRevision(request.revision(), *state));
-  if (wanted.parts.metric) PLIANT_RETURN_IF_ERROR(CheckNothingStaged(*state));
+  if (wanted.parts.metric || wanted.parts.fields)
+    PLIANT_RETURN_IF_ERROR(CheckNothingStaged(*state));
   ReplyContext context = wanted;
   context.applied_update_id = state->applied_update_id;
   v1::MeshSnapshot snapshot = ToMeshSnapshot(state->engine.Snapshot(), context);
@@ -252,11 +253,12 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
   if (!context_.access->TenantOf(*call)) return Refuse(call);
   response->set_version(PLIANT_VERSION);
   for (const char* capability :
-       {"create.domain",   "create.mesh",           "edit.metric",       "edit.boundary",
-        "edit.nodes",      "edit.discard",          "edit.advance",      "metric.expression",
-        "metric.size",     "metric.vertices",       "metric.background", "limits.size_min",
-        "limits.size_max", "limits.anisotropy_max", "limits.gradation",  "limits.rotation",
-        "part.metric",     "numbering.dense",       "subscribe",         "quality.limited"}) {
+       {"create.domain",     "create.mesh",     "edit.metric",     "edit.boundary",
+        "edit.nodes",        "edit.fields",     "edit.discard",    "edit.advance",
+        "metric.expression", "metric.size",     "metric.vertices", "metric.background",
+        "metric.solution",   "limits.size_min", "limits.size_max", "limits.anisotropy_max",
+        "limits.gradation",  "limits.rotation", "part.metric",     "part.fields",
+        "part.transfer",     "numbering.dense", "subscribe",       "quality.limited"}) {
     response->add_capabilities(capability);
   }
   auto& limits = *response->mutable_limits();

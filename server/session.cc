@@ -314,8 +314,10 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
   } else {
     const auto* metric = std::get_if<MetricUpdate>(&command.body);
     const auto* motion = std::get_if<MotionUpdate>(&command.body);
+    const auto* fields = std::get_if<FieldsUpdate>(&command.body);
     const Status status = metric != nullptr   ? engine_->Stage(*metric)
                           : motion != nullptr ? engine_->StageMotion(*motion)
+                          : fields != nullptr ? engine_->Stage(*fields)
                                               : engine_->Discard();
     if (!status.ok()) {
       Reject(editor, id, status.error());

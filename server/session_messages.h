@@ -44,9 +44,16 @@ struct VertexTensors {
   std::vector<Metric> tensors = {};
 };
 
+/// Solution fields of one revision's elements.
+struct FieldsUpdate {
+  Revision revision = Revision::kNone;
+  FieldUpdate update = {};
+};
+
 /// What changes in the metric; what is absent stays.
 struct MetricUpdate {
-  std::variant<std::monostate, ExpressionMetric, SizeMetric, BackgroundMetric, VertexTensors>
+  std::variant<std::monostate, ExpressionMetric, SizeMetric, BackgroundMetric, VertexTensors,
+               SolutionRequest>
       source = {};
   std::optional<double> time = {};
   std::optional<double> size_min = {};
@@ -87,8 +94,9 @@ struct BadAdvance {
 /// A numbered command.
 struct UpdateCommand {
   std::int64_t update_id = 0;
-  std::variant<BadUpdate, BadAdvance, MetricUpdate, MotionUpdate, DiscardUpdate, AdvanceSpec> body =
-      {};
+  std::variant<BadUpdate, BadAdvance, MetricUpdate, MotionUpdate, FieldsUpdate, DiscardUpdate,
+               AdvanceSpec>
+      body = {};
 };
 
 using SessionCommand = std::variant<OpenCommand, UpdateCommand>;

@@ -72,13 +72,14 @@ StagedEngine::StagedEngine(std::unique_ptr<EngineInput> input, EngineFactory fac
 
 Status StagedEngine::Stage(const MetricUpdate& update) {
   const VertexTensors* tensors = std::get_if<VertexTensors>(&update.source);
+  const SolutionRequest* solution = std::get_if<SolutionRequest>(&update.source);
   Status status;
-  if (tensors == nullptr) {
+  if (tensors == nullptr && solution == nullptr) {
     status = SetSpec(update);
   } else if (ChangesLimits(update)) {
     status = LimitsOfTensors();
   } else {
-    status = SetTensors(*tensors);
+    status = tensors != nullptr ? SetTensors(*tensors) : SetSolution(*solution);
   }
   if (!status.ok()) {
     tainted_ = true;
@@ -93,6 +94,17 @@ Status StagedEngine::StageMotion(const MotionUpdate& update) {
   if (!status.ok()) {
     tainted_ = true;
     return NamedBy(status, update.field);
+  }
+  ++staged_count_;
+  return {};
+}
+
+Status StagedEngine::Stage(const FieldsUpdate& update) {
+  Status status = CheckRevision(update.revision, "fields.revision");
+  if (status.ok()) status = engine_->SetFields(update.update);
+  if (!status.ok()) {
+    tainted_ = true;
+    return Named(status, "fields");
   }
   ++staged_count_;
   return {};
@@ -115,6 +127,38 @@ Status StagedEngine::Move(const MotionUpdate& update) {
   return {};
 }
 
+Status StagedEngine::CheckRevision(Revision wanted, const std::string& field) const {
+  const auto current = static_cast<std::int64_t>(revision());
+  if (revision() == Revision::kNone) {
+    return Error{ErrorCode::kRevisionMismatch,
+                 "the session has no revision yet, so it has no elements to send values for: "
+                 "advance first",
+                 field};
+  }
+  if (wanted != revision()) {
+    return Error{ErrorCode::kRevisionMismatch,
+                 "values are for revision " + std::to_string(static_cast<std::int64_t>(wanted)) +
+                     "; the session is at " + std::to_string(current),
+                 field};
+  }
+  return {};
+}
+
+/// The limits that hold are laid on the result, with which it still has the wanted complexity.
+Status StagedEngine::SetSolution(SolutionRequest request) {
+  if (revision() == Revision::kNone) {
+    return Error{ErrorCode::kRevisionMismatch,
+                 "the session has no revision yet, so it has no vertices where a solution could "
+                 "be known: advance first",
+                 "metric.solution"};
+  }
+  if (spec_ != nullptr) bounds_ = spec_->bounds;
+  request.target.bounds = bounds_;
+  PLIANT_RETURN_IF_ERROR(engine_->SetSolution(request));
+  spec_ = nullptr;
+  return {};
+}
+
 Status StagedEngine::SetTensors(const VertexTensors& tensors) {
   const auto current = static_cast<std::int64_t>(revision());
   if (revision() == Revision::kNone) {
@@ -133,6 +177,7 @@ Status StagedEngine::SetTensors(const VertexTensors& tensors) {
   // For the engine no vertices means all of them; from a client an empty list is an empty list.
   if (tensors.vertices && tensors.vertices->empty()) return {};
   const std::vector<VertexId> all;
+  if (spec_ != nullptr) bounds_ = spec_->bounds;
   PLIANT_RETURN_IF_ERROR(
       engine_->SetTensors(tensors.vertices ? *tensors.vertices : all, tensors.tensors));
   spec_ = nullptr;

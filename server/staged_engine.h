@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <string>
 
 #include "server/engine.h"
 #include "server/session_messages.h"
@@ -33,6 +34,9 @@ class StagedEngine {
   /// How far the staged motions went, the least of them; absent if there are none.
   [[nodiscard]] std::optional<double> motion_fraction() const { return motion_fraction_; }
 
+  /// Stages fields. Errors: those of Engine::SetFields, kRevisionMismatch; then as above.
+  Status Stage(const FieldsUpdate& update);
+
   /// Records that an update that belongs to this stage was refused.
   void Taint() { tainted_ = true; }
   /// True if an update was refused since the last commit or discard: a commit would be half of
@@ -61,6 +65,8 @@ class StagedEngine {
   Status SetSpec(const MetricUpdate& update);
   Status SetTensors(const VertexTensors& tensors);
   Status Move(const MotionUpdate& update);
+  Status SetSolution(SolutionRequest request);
+  [[nodiscard]] Status CheckRevision(Revision revision, const std::string& field) const;
 
   EngineFactory factory_;
   std::unique_ptr<EngineInput> first_input_;  // Until the first commit.
@@ -69,6 +75,7 @@ class StagedEngine {
   // large; null after tensors at vertices, when there is no specification.
   std::shared_ptr<const MetricSpec> spec_;
   std::shared_ptr<const MetricSpec> committed_spec_;
+  SizeBounds bounds_;  // Of the last specification: they go on to hold for tensors.
   std::int32_t staged_count_ = 0;
   std::optional<double> motion_fraction_;
   bool tainted_ = false;

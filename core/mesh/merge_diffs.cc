@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/mesh/merge_fields.h"
 
 namespace pliant {
 namespace {
@@ -139,6 +140,16 @@ std::size_t BytesIn(const std::vector<Value>& column) {
   return column.size() * sizeof(Value);
 }
 
+/// Of transfer rows and fields.
+std::size_t BytesOfValues(const MeshDiff& diff) {
+  std::size_t bytes = 0;
+  if (diff.transfer) bytes += BytesIn(diff.transfer->vertex_ids) + BytesIn(diff.transfer->rows);
+  for (const FieldChange& field : diff.fields.changed) {
+    bytes += sizeof(FieldChange) + BytesIn(field.rows.slots) + BytesIn(field.rows.values);
+  }
+  return bytes;
+}
+
 }  // namespace
 
 MeshDiff MergeDiffs(const MeshDiff& first, const MeshDiff& second) {
@@ -177,6 +188,7 @@ MeshDiff MergeDiffs(const MeshDiff& first, const MeshDiff& second) {
   merged.edge_tags = Gather(edges.rows, first.edge_tags, second.edge_tags);
 
   MergeMetrics(first, second, merged);
+  merged.fields = MergeFields(first, second);
   return merged;
 }
 
@@ -187,7 +199,7 @@ std::size_t BytesOf(const MeshDiff& diff) {
          BytesIn(diff.vertex_positions) + BytesIn(diff.triangle_ids) +
          BytesIn(diff.triangle_vertices) + BytesIn(diff.triangle_regions) + BytesIn(diff.edge_ids) +
          BytesIn(diff.edge_vertices) + BytesIn(diff.edge_tags) + BytesIn(diff.metric_vertex_ids) +
-         BytesIn(diff.metrics);
+         BytesIn(diff.metrics) + BytesOfValues(diff);
 }
 
 }  // namespace pliant

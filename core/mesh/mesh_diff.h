@@ -2,11 +2,13 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "core/base/executor.h"
 #include "core/base/ids.h"
 #include "core/geometry/vec2.h"
+#include "core/mesh/diff_values.h"
 #include "core/mesh/mesh.h"
 #include "core/metric/metric.h"
 
@@ -67,10 +69,16 @@ struct MeshDiff {
   std::vector<VertexId> metric_vertex_ids;
   std::vector<Metric> metrics;
 
+  /// Carries nodal values from `base_revision` to `revision`; absent where it was not asked for,
+  /// and in a diff over several revisions, whose rows would have more than three sources.
+  std::optional<TransferRows> transfer = std::nullopt;
+  /// Of the session's fields.
+  FieldChanges fields = {};
+
   /// Of the mesh at `revision`.
   MeshSummary summary;
 
-  /// True if no vertex, triangle or edge differs. Metrics may.
+  /// True if no vertex, triangle or edge differs. Metrics and fields may.
   [[nodiscard]] bool empty() const {
     return removed_vertices.empty() && removed_triangles.empty() && removed_edges.empty() &&
            vertex_ids.empty() && triangle_ids.empty() && edge_ids.empty();

@@ -13,6 +13,7 @@
 #include "core/pliant/followed_metric.h"
 #include "core/pliant/nested_build.h"
 #include "core/pliant/snapshot.h"
+#include "core/transfer/check_fields.h"
 
 namespace pliant {
 namespace {
@@ -177,20 +178,19 @@ class Remesher::Impl {
     return progress;
   }
 
-  MeshDiff Commit() { return fields_.idle() ? CommitMesh() : CommitAndTransfer().diff; }
+  MeshDiff Commit() { return fields_.idle() ? CommitMesh() : CommitAndTransfer(); }
 
-  CommitWithTransfer CommitAndTransfer() {
-    CommitWithTransfer commit;
+  MeshDiff CommitAndTransfer() {
+    if (revision_ == Revision::kNone) return CommitMesh();
     const bool staged = fields_.staged();
-    if (revision_ != Revision::kNone) {
-      const MeshTransfer transfer(mesh_, edit_.log());
-      commit.rows = transfer.rows();
-      commit.fields = fields_.Commit(transfer);
-    }
-    commit.diff = CommitMesh();
-    const bool same = commit.diff.empty() && !staged;
+    const MeshTransfer transfer(mesh_, edit_.log());
+    FieldChanges fields = fields_.Commit(transfer);
+    MeshDiff diff = CommitMesh();
+    const bool same = diff.empty() && !staged;
     committed_.fields = same ? previous_.fields : KeepFields(fields_.fields());
-    return commit;
+    diff.transfer = transfer.rows();
+    diff.fields = std::move(fields);
+    return diff;
   }
 
   Status SetFields(const FieldUpdate& update) {
@@ -282,6 +282,7 @@ class Remesher::Impl {
     followed_.Restore(committed_.followed);
     loop_.Restore(committed_.loop);
     RestoreFields();
+    if (previous_.fields != committed_.fields) diff.fields = AllFields(previous_.fields);
     return diff;
   }
 
@@ -342,6 +343,24 @@ class Remesher::Impl {
 
   void RestoreFields() {
     fields_.Restore(committed_.fields ? std::span(*committed_.fields) : std::span<const Field>());
+  }
+
+  /// Every value, and the fields that are no more: what a copy of others needs.
+  [[nodiscard]] FieldChanges AllFields(const SharedFields& before) const {
+    std::vector<VertexId> vertices;
+    for (const std::int32_t slot : CommittedSlots(mesh_, FieldLocation::kVertex)) {
+      vertices.emplace_back(slot);
+    }
+    std::vector<TriangleId> triangles;
+    for (const std::int32_t slot : CommittedSlots(mesh_, FieldLocation::kTriangle)) {
+      triangles.emplace_back(slot);
+    }
+    FieldChanges changes{.changed = fields_.At(vertices, triangles), .dropped_names = {}};
+    if (before == nullptr) return changes;
+    for (const Field& field : *before) {
+      if (fields_.Find(field.name) == nullptr) changes.dropped_names.push_back(field.name);
+    }
+    return changes;
   }
 
   static Error NoRevision() {
@@ -456,7 +475,7 @@ Result<Progress> Remesher::Step(const Budget& budget) { return impl_->Step(budge
 void Remesher::UseHelpers(const Helpers& helpers) { impl_->UseHelpers(helpers); }
 std::vector<Trouble> Remesher::FindTroubles() const { return impl_->FindTroubles(); }
 MeshDiff Remesher::Commit() { return impl_->Commit(); }
-CommitWithTransfer Remesher::CommitAndTransfer() { return impl_->CommitAndTransfer(); }
+MeshDiff Remesher::CommitAndTransfer() { return impl_->CommitAndTransfer(); }
 Status Remesher::SetFields(const FieldUpdate& update) { return impl_->SetFields(update); }
 void Remesher::Rollback() { impl_->Rollback(); }
 MeshDiff Remesher::Snapshot() const { return impl_->Snapshot(); }

@@ -23,7 +23,6 @@
 #include "core/pliant/revision_delta.h"
 #include "core/pliant/trouble.h"
 #include "core/transfer/field_set.h"
-#include "core/transfer/transfer_rows.h"
 
 namespace pliant {
 
@@ -32,13 +31,6 @@ struct Progress {
   StopReason stop_reason = StopReason::kConverged;
   std::int64_t active_count = 0;  ///< Nodes that still wait for a visit.
   LoopCounts counts;
-};
-
-/// A commit and what carries a client's own values and the session's fields over it.
-struct CommitWithTransfer {
-  MeshDiff diff;
-  TransferRows rows;    ///< For new and moved vertices; none at the first commit.
-  FieldChanges fields;  ///< Of the session's fields.
 };
 
 /// One persistent mesh that follows a metric: the engine of a session.
@@ -122,8 +114,8 @@ class Remesher {
   /// @par Cost O(changed); the first O(mesh)
   MeshDiff Commit();
 
-  /// The same, with transfer rows. @par Cost as Commit
-  [[nodiscard]] CommitWithTransfer CommitAndTransfer();
+  /// The same, with transfer rows in the diff; the first commit has none. @par Cost as Commit
+  MeshDiff CommitAndTransfer();
 
   /// Sets, changes or drops solution fields, which every commit carries from the old mesh to the
   /// new one. Ids and values are of the elements of the last commit, also while the mesh already

@@ -6,10 +6,9 @@
 #include <string>
 #include <vector>
 
-namespace pliant {
+#include "core/mesh/diff_values.h"
 
-/// Where the values of a field live.
-enum class FieldLocation : std::uint8_t { kVertex, kTriangle };
+namespace pliant {
 
 /// How a field follows the mesh. core/transfer/README.md says what each does exactly.
 enum class TransferKind : std::uint8_t {
@@ -30,12 +29,6 @@ struct Field {
   [[nodiscard]] std::span<const double> row(std::size_t slot) const {
     return {values.data() + slot * column_count, column_count};
   }
-};
-
-/// New values at some elements.
-struct FieldRows {
-  std::vector<std::int32_t> slots;  ///< Ascending.
-  std::vector<double> values;       ///< Row after row.
 };
 
 }  // namespace pliant

@@ -122,6 +122,24 @@ const Field* FieldSet::Find(const std::string& name) const {
   return found != fields_.end() && found->name == name ? &*found : nullptr;
 }
 
+std::vector<FieldChange> FieldSet::At(std::span<const VertexId> vertices,
+                                      std::span<const TriangleId> triangles) const {
+  std::vector<FieldChange> all;
+  for (const Field& field : fields_) {
+    FieldChange change{field.name, field.location, field.column_count, {}};
+    const auto add = [&](const auto& ids) {
+      for (const auto id : ids) {
+        const auto row = field.row(id.index());
+        change.rows.slots.push_back(id.value());
+        change.rows.values.insert(change.rows.values.end(), row.begin(), row.end());
+      }
+    };
+    field.location == FieldLocation::kVertex ? add(vertices) : add(triangles);
+    all.push_back(std::move(change));
+  }
+  return all;
+}
+
 FieldChanges FieldSet::Commit(const MeshTransfer& transfer) {
   std::vector<std::string> names_before;
   for (const Field& field : fields_) names_before.push_back(field.name);

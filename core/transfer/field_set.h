@@ -31,20 +31,6 @@ struct FieldUpdate {
   std::vector<std::string> dropped_names = {};
 };
 
-/// What a commit did to one field: its values at elements that are new, were set or changed.
-struct FieldChange {
-  std::string name;
-  FieldLocation location = FieldLocation::kVertex;
-  std::size_t column_count = 1;
-  FieldRows rows;
-};
-
-/// What a commit did to all fields.
-struct FieldChanges {
-  std::vector<FieldChange> changed;        ///< In the order of their names.
-  std::vector<std::string> dropped_names;  ///< Ascending.
-};
-
 /// The solution fields of a session, as they were at the last commit, and what is staged for the
 /// next one. At a commit the staged values are written first, because they belong to the elements
 /// of the last one; then all fields are carried over to the new mesh.
@@ -76,6 +62,10 @@ class FieldSet {
   FieldChanges Commit(const MeshTransfer& transfer);
 
   [[nodiscard]] std::span<const Field> fields() const { return fields_; }
+  /// All values at some elements of the last commit, ascending: what a snapshot holds.
+  /// @par Cost O(elements) a field
+  [[nodiscard]] std::vector<FieldChange> At(std::span<const VertexId> vertices,
+                                            std::span<const TriangleId> triangles) const;
   /// Null if there is none of that name.
   [[nodiscard]] const Field* Find(const std::string& name) const;
   /// True if a commit has nothing to do.

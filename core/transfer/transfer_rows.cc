@@ -19,8 +19,12 @@ bool IsBefore(const OldEdge& a, const OldEdge& b) {
   return std::pair(a.segment, a.parameters[0]) < std::pair(b.segment, b.parameters[0]);
 }
 
-/// True if the segment's ends are where they were, so that a parameter means the same point.
+/// True if the segment has the same ends in the same places, so that a parameter means the same
+/// point.
 bool IsUnmoved(const OldMesh& old, std::int32_t segment) {
+  for (const auto& [cut, record] : old.log().segments) {
+    if (cut == segment) return false;
+  }
   const SegmentRecord& line = old.mesh().segments()[static_cast<std::size_t>(segment)];
   return SamePosition(old.mesh().position(line.a), old.position(line.a)) &&
          SamePosition(old.mesh().position(line.b), old.position(line.b));

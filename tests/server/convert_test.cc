@@ -272,8 +272,6 @@ TEST(ConvertUpdate, TurnsEveryKindThatIsNotImplementedIntoItsRefusal) {
   request.set_update_id(6);
   request.mutable_domain();
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
-  request.mutable_fields();
-  EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
   request.mutable_constraints();
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
   request.mutable_options();
@@ -305,14 +303,24 @@ TEST(ConvertUpdate, TellsBadUpdatesFromBadAdvances) {
   EXPECT_TRUE(std::holds_alternative<BadUpdate>(ConvertUpdate(request).body));
   request.mutable_discard();
   EXPECT_TRUE(std::holds_alternative<DiscardUpdate>(ConvertUpdate(request).body));
+  request.mutable_fields()->set_transfer(v1::TRANSFER_BOUNDED);
+  EXPECT_TRUE(std::holds_alternative<FieldsUpdate>(ConvertUpdate(request).body));
+  request.mutable_fields()->set_transfer(v1::TRANSFER_UNSPECIFIED);
+  EXPECT_TRUE(std::holds_alternative<BadUpdate>(ConvertUpdate(request).body));
 }
 
-TEST(ConvertParts, KnowsTheMetricAndRefusesTheRest) {
+TEST(ConvertParts, KnowsItsPartsAndRefusesTheRest) {
   v1::GetMeshRequest request;
   EXPECT_FALSE(ConvertParts(request.parts())->metric);
   request.add_parts(v1::MESH_PART_METRIC);
   EXPECT_TRUE(ConvertParts(request.parts())->metric);
+  EXPECT_FALSE(ConvertParts(request.parts())->transfer);
   request.add_parts(v1::MESH_PART_TRANSFER);
+  EXPECT_TRUE(ConvertParts(request.parts())->transfer);
+  EXPECT_FALSE(ConvertParts(request.parts())->fields);
+  request.set_parts(1, v1::MESH_PART_FIELDS);
+  EXPECT_TRUE(ConvertParts(request.parts())->fields);
+  request.set_parts(1, v1::MESH_PART_RAW_METRIC);
   EXPECT_EQ(ConvertParts(request.parts()).error().code, ErrorCode::kUnimplemented);
   request.set_parts(1, v1::MESH_PART_UNSPECIFIED);
   EXPECT_EQ(ConvertParts(request.parts()).error().code, ErrorCode::kOutOfRange);

@@ -35,7 +35,7 @@ TEST(Download, SendsTheCurrentRevisionAndRefusesOthers) {
   request.set_numbering(v1::NUMBERING_UNSPECIFIED);
   EXPECT_EQ(test::ReasonOf(server.GetMesh(request, &mesh)), "OUT_OF_RANGE");
   request.set_numbering(v1::NUMBERING_DENSE);
-  request.add_parts(v1::MESH_PART_FIELDS);
+  request.add_parts(v1::MESH_PART_RAW_METRIC);
   EXPECT_EQ(test::ReasonOf(server.GetMesh(request, &mesh)), "UNIMPLEMENTED");
 }
 

@@ -37,6 +37,58 @@ TEST(Engine, GivesTheSameMeshAsTheCoreInOneGo) {
   EXPECT_EQ(engine->MeasureQuality().vertex_count, expected.summary.vertex_count);
 }
 
+// Goal: fields go in, follow the mesh and come out with diffs and snapshots, with rows beside them.
+TEST(Engine, CarriesFieldsAndTellsThem) {
+  auto engine = *RemesherFactory()(Square());
+  ASSERT_TRUE(engine->Step({}).ok());
+  const MeshDiff first = engine->Commit();
+  EXPECT_FALSE(first.transfer.has_value());
+  FieldValues values{.name = "u"};
+  for (const Vec2 p : first.vertex_positions) values.values.push_back(2 * p.x - p.y);
+  ASSERT_TRUE(engine->SetFields({.values = {values}}).ok());
+  ASSERT_TRUE(engine->SetMetric({.source = SizeMetric{"0.1"}}).ok());
+  ASSERT_TRUE(engine->Step({}).ok());
+  const MeshDiff diff = engine->Commit();
+  ASSERT_TRUE(diff.transfer.has_value());
+  EXPECT_EQ(diff.transfer->vertex_ids, diff.vertex_ids);
+  ASSERT_EQ(diff.fields.changed.size(), 1U);
+  const MeshDiff snapshot = engine->Snapshot();
+  ASSERT_EQ(snapshot.fields.changed.size(), 1U);
+  const FieldRows& rows = snapshot.fields.changed[0].rows;
+  ASSERT_EQ(rows.slots.size(), snapshot.vertex_ids.size());
+  for (std::size_t i = 0; i < rows.slots.size(); ++i) {
+    const Vec2 p = snapshot.vertex_positions[i];
+    EXPECT_EQ(rows.slots[i], snapshot.vertex_ids[i].value());
+    EXPECT_NEAR(rows.values[i], 2 * p.x - p.y, 1e-13);
+  }
+}
+
+// Goal: the metric of a solution, by values and by the name of a field, gives the same mesh.
+TEST(Engine, FollowsASolutionByValuesAndByName) {
+  std::vector<std::uint64_t> hashes;
+  for (const bool by_name : {false, true}) {
+    auto engine = *RemesherFactory()(Square());
+    ASSERT_TRUE(engine->Step({}).ok());
+    const MeshDiff first = engine->Commit();
+    FieldValues values{.name = "u"};
+    for (const Vec2 p : first.vertex_positions) values.values.push_back(p.x * p.x * p.x);
+    ASSERT_TRUE(engine->SetFields({.values = {values}}).ok());
+    SolutionRequest request{.name = "u", .target = {.target = TargetComplexity{300}}};
+    EXPECT_EQ(engine->SetSolution(request).error().code, ErrorCode::kOutOfRange)
+        << "the field is only staged";
+    (void)engine->Commit();
+    if (!by_name) request.values = values.values;
+    ASSERT_TRUE(engine->SetSolution(request).ok());
+    ASSERT_TRUE(engine->Step({}).ok());
+    const MeshDiff diff = engine->Commit();
+    EXPECT_NEAR(diff.summary.triangle_count * 0.433 / 300, 1, 0.15);
+    hashes.push_back(diff.summary.state_hash);
+    request.values = std::vector<double>(3, 1.0);
+    EXPECT_EQ(engine->SetSolution(request).error().code, ErrorCode::kArrayLength);
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
 TEST(Engine, PassesTheCoresRefusalsOn) {
   EngineInput input = Square();
   std::get<Domain>(input.start).segments.pop_back();

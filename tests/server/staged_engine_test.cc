@@ -56,6 +56,33 @@ TEST(StagedEngine, TakesAnEmptyListOfVerticesAsNoVertex) {
   EXPECT_THAT(f.script->calls, ElementsAre("tensors 0/3"));
 }
 
+TEST(StagedEngine, StagesFieldsOfTheCurrentRevisionOnly) {
+  Fixture f;
+  EXPECT_EQ(f.engine.Stage(FieldsUpdate{}).error().code, ErrorCode::kRevisionMismatch)
+      << "there is no revision yet";
+  ASSERT_TRUE(f.engine.Discard().ok());
+  f.engine.Commit();
+  EXPECT_TRUE(f.engine.Stage(FieldsUpdate{.revision = Revision(1)}).ok());
+  EXPECT_EQ(f.engine.staged_count(), 1);
+  EXPECT_THAT(f.script->calls, ElementsAre("fields 0"));
+  const Status status = f.engine.Stage(FieldsUpdate{.revision = Revision(2)});
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().field, "fields.revision");
+  EXPECT_TRUE(f.engine.tainted());
+}
+
+TEST(StagedEngine, TakesASolutionOnceThereIsARevision) {
+  Fixture f;
+  const MetricUpdate update{.source = SolutionRequest{.name = "u"}};
+  EXPECT_EQ(f.engine.Stage(update).error().code, ErrorCode::kRevisionMismatch);
+  ASSERT_TRUE(f.engine.Discard().ok());
+  f.engine.Commit();
+  EXPECT_TRUE(f.engine.Stage(update).ok());
+  EXPECT_THAT(f.script->calls, ElementsAre("solution u"));
+  EXPECT_EQ(f.engine.Stage(MetricUpdate{.time = 3.0}).error().code, ErrorCode::kUnimplemented)
+      << "the specification is gone, as after tensors";
+}
+
 TEST(StagedEngine, ChangesOnlyWhatAnUpdateNames) {
   Fixture f;
   f.engine.Commit();

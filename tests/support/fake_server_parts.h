@@ -72,6 +72,14 @@ class FakeEngine final : public Engine {
   std::vector<VertexId> Vertices() const override {
     return {VertexId(0), VertexId(2), VertexId(3)};
   }
+  Status SetSolution(const SolutionRequest& request) override {
+    script_->calls.push_back("solution " + request.name);
+    return Update();
+  }
+  Status SetFields(const FieldUpdate& update) override {
+    script_->calls.push_back("fields " + std::to_string(update.values.size()));
+    return Update();
+  }
   Result<Progress> Step(const Budget& budget) override {
     PLIANT_CHECK(!script_->throw_in_step, "test", "step");
     if (script_->step_error) return *script_->step_error;

@@ -128,6 +128,23 @@ TEST(FieldSet, WritesSomeValuesAndTellsOnlyThose) {
   EXPECT_EQ(changes.changed[0].rows.values, (std::vector<double>{-7, -8}));
 }
 
+TEST(FieldSet, GivesAllValuesForASnapshot) {
+  Session session;
+  const Mesh& mesh = session.edited->mesh;
+  ASSERT_TRUE(session.Stage(ValuesOf(mesh, "v", FieldLocation::kVertex, Plane)).ok());
+  ASSERT_TRUE(session.Stage(ValuesOf(mesh, "t", FieldLocation::kTriangle, Plane)).ok());
+  for (int i = 0; i < 30; ++i) session.editor.Step();
+  (void)session.Commit();
+  const auto all = session.fields.At(testing::LiveVertices(mesh), testing::LiveTriangles(mesh));
+  ASSERT_EQ(all.size(), 2U);
+  EXPECT_EQ(all[0].name, "t");
+  EXPECT_EQ(all[0].rows.slots.size(), static_cast<std::size_t>(mesh.triangle_count()));
+  ASSERT_EQ(all[1].rows.slots.size(), static_cast<std::size_t>(mesh.vertex_count()));
+  for (std::size_t i = 0; i < all[1].rows.slots.size(); ++i) {
+    EXPECT_NEAR(all[1].rows.values[i], Plane(mesh.position(VertexId(all[1].rows.slots[i]))), 1e-12);
+  }
+}
+
 TEST(FieldSet, DropsFieldsAndForgetsWhatIsDiscarded) {
   Session session;
   const Mesh& mesh = session.edited->mesh;

@@ -98,6 +98,19 @@ TEST(MakeTransferRows, TakesBoundaryValuesFromTheBoundaryAlone) {
   EXPECT_GT(boundary_rows, 50);
 }
 
+// Goal: parameters of a segment that was cut since the commit mean other points, and are not used.
+TEST(MakeTransferRows, KnowsSegmentsThatWereCut) {
+  auto edited = testing::ImportedMesh(testing::GridData(4, 1));
+  (void)edited->edit.Commit(Revision(1));
+  edited->edit.CutSegment(VertexId(2));  // Of the side from (0, 0) to (4, 0).
+  edited->edit.SlideVertex(VertexId(3), 0.75);
+  ASSERT_EQ(edited->mesh.position(VertexId(3)), (Vec2{3.5, 0}));
+  const MeshTransfer transfer(edited->mesh, edited->edit.log());
+  ASSERT_EQ(transfer.rows().vertex_ids, std::vector{VertexId(3)});
+  EXPECT_EQ(transfer.rows().rows[0].sources, (std::array{VertexId(3), VertexId(4), VertexId()}));
+  EXPECT_EQ(transfer.rows().rows[0].weights, (std::array{0.5, 0.5, 0.0}));
+}
+
 // Goal: a boundary vertex that moved out of the old domain takes the nearest old boundary point.
 TEST(MakeTransferRows, TakesTheNearestOldPointOutsideOfTheOldDomain) {
   auto edited = testing::ImportedMesh(testing::GridData(4, 4));

@@ -72,8 +72,8 @@ TEST(Transfer, KeepsItsPromisesOverFiftyStepsOfAFront) {
     SCOPED_TRACE(::testing::Message() << "step " << step);
     ASSERT_TRUE(remesher->SetField(testing::ShockCase(1000, 0.2 + 0.012 * step).field).ok());
     ASSERT_TRUE(remesher->Step({}).ok());
-    const CommitWithTransfer commit = remesher->CommitAndTransfer();
-    ASSERT_GT(commit.rows.rows.size(), 10U);
+    const MeshDiff commit = remesher->CommitAndTransfer();
+    ASSERT_GT(commit.transfer->rows.size(), 10U);
     const Mesh& mesh = remesher->mesh();
     EXPECT_NEAR(IntegralOf(mesh, *remesher->fields().Find("nodal_mass")).value, nodal.value,
                 1e-12 * nodal.magnitude);
@@ -106,7 +106,7 @@ double ErrorAfterUpdate(double size, FieldLocation location, TransferKind kind) 
   spec.source = SizeMetric{std::to_string(0.93 * size)};
   PLIANT_CHECK(remesher->SetMetric(spec).ok());
   PLIANT_CHECK(remesher->Step({}).ok());
-  const auto rows = remesher->CommitAndTransfer().rows;
+  const auto rows = *remesher->CommitAndTransfer().transfer;
   EXPECT_GT(2 * rows.rows.size(), static_cast<std::size_t>(remesher->mesh().vertex_count()))
       << "most vertices must have changed for this to say something";
   const Field& field = *remesher->fields().Find("f");
@@ -171,12 +171,12 @@ TEST(Transfer, CostsWhatWasTouched) {
     }
     ASSERT_TRUE(remesher->SetTensors(near, finer).ok());
     ASSERT_TRUE(remesher->Step({}).ok());
-    const CommitWithTransfer commit = remesher->CommitAndTransfer();
-    touched[i] = commit.diff.triangle_ids.size();
+    const MeshDiff commit = remesher->CommitAndTransfer();
+    touched[i] = commit.triangle_ids.size();
     // The values told are those of vertices at changed triangles and no others.
     ASSERT_EQ(commit.fields.changed.size(), 1U);
     EXPECT_LE(commit.fields.changed[0].rows.slots.size(), 3 * touched[i]);
-    EXPECT_EQ(commit.rows.vertex_ids, commit.diff.vertex_ids);
+    EXPECT_EQ(commit.transfer->vertex_ids, commit.vertex_ids);
   }
   EXPECT_GT(counts[1], 10 * counts[0]);
   EXPECT_LT(static_cast<double>(touched[1]), 3 * static_cast<double>(touched[0]));
