@@ -430,7 +430,12 @@ UpdateCommand ConvertUpdate(const v1::EditRequest& request) {
       command.body = BadUpdate{NotYet("Changing options after creation", "options")};
       break;
     case v1::EditRequest::kRollback:
-      command.body = BadUpdate{NotYet("Rolling back", "rollback")};
+      if (request.rollback().to_revision() > 0) {
+        command.body = RollbackUpdate{Revision(request.rollback().to_revision())};
+      } else {
+        command.body = BadUpdate{
+            RangeError("rollback.to_revision must be at least 1", "rollback.to_revision")};
+      }
       break;
     case v1::EditRequest::kOpen:
     case v1::EditRequest::kChunk:

@@ -71,6 +71,18 @@ class RemesherEngine final : public Engine {
     return pliant::MeasureQuality(remesher_->mesh(), remesher_->field());
   }
   std::vector<std::string> Validate() const override { return pliant::Validate(remesher_->mesh()); }
+  std::optional<RevisionDelta> TakeUndo() override { return remesher_->TakeUndo(); }
+  RevisionDelta InverseOf(const RevisionDelta& delta) const override {
+    return remesher_->InverseOf(delta);
+  }
+  Result<MeshDiff> Apply(const RevisionDelta& delta, Revision revision) override {
+    return remesher_->Apply(delta, revision);
+  }
+  Result<std::unique_ptr<Engine>> Fork() const override {
+    PLIANT_ASSIGN_OR_RETURN(const Bytes bytes, remesher_->Save());
+    PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Remesher> copy, Remesher::Load(bytes));
+    return std::unique_ptr<Engine>(std::make_unique<RemesherEngine>(std::move(copy)));
+  }
   bool building() const override { return remesher_->building(); }
   Revision revision() const override { return remesher_->revision(); }
   std::int32_t vertex_count() const override { return remesher_->mesh().vertex_count(); }
@@ -80,6 +92,14 @@ class RemesherEngine final : public Engine {
 };
 
 }  // namespace
+
+Result<MeshDiff> Engine::Apply(const RevisionDelta&, Revision) {
+  return Error{ErrorCode::kUnimplemented, "this engine keeps no revisions", {}};
+}
+
+Result<std::unique_ptr<Engine>> Engine::Fork() const {
+  return Error{ErrorCode::kUnimplemented, "this engine cannot be copied", {}};
+}
 
 EngineFactory RemesherFactory() {
   return [](const EngineInput& input) -> Result<std::unique_ptr<Engine>> {

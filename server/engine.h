@@ -18,6 +18,7 @@
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
+#include "core/pliant/revision_delta.h"
 
 namespace pliant::server {
 
@@ -60,6 +61,12 @@ class Engine {
   /// With transfer rows.
   virtual MeshDiff Commit() = 0;
   virtual void Rollback() = 0;
+  /// The ways back and forth between revisions; an engine that has none says so.
+  virtual std::optional<RevisionDelta> TakeUndo() { return std::nullopt; }
+  [[nodiscard]] virtual RevisionDelta InverseOf(const RevisionDelta& delta) const { return delta; }
+  virtual Result<MeshDiff> Apply(const RevisionDelta& delta, Revision revision);
+  /// A second engine at the last commit. @pre nothing changed since
+  [[nodiscard]] virtual Result<std::unique_ptr<Engine>> Fork() const;
   /// A commit now would spoil the first mesh, which is still being built from coarse to fine.
   [[nodiscard]] virtual bool building() const { return false; }
   /// The whole mesh of the last commit as a diff from nothing, whatever has changed since.

@@ -50,6 +50,11 @@ inline constexpr std::size_t kSubscribersMax = 4096;
 /// Bytes of diffs that a session keeps unless its options say less: hours of small updates, and
 /// less than the mesh that they belong to where updates are large.
 inline constexpr std::size_t kHistoryBytesMax = 16 << 20;
+/// Bytes of undo data that a session keeps, beyond what saved revisions need: a raw record is about
+/// three times its row in a diff.
+inline constexpr std::size_t kUndoBytesMax = 64 << 20;
+/// Saved revisions of one session: each can cost as much as the mesh.
+inline constexpr std::size_t kSavedRevisionsMax = 16;
 /// Time without news after which a subscriber gets a bookmark, in ms: a sign of life that costs
 /// nothing, and a point to resume from. Unless configured otherwise.
 inline constexpr std::int64_t kBookmarkMsDefault = 10'000;

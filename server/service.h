@@ -55,6 +55,18 @@ class SessionServiceImpl final : public v1::SessionService::CallbackService {
   grpc::ServerUnaryReactor* GetQuality(grpc::CallbackServerContext* call,
                                        const v1::GetQualityRequest* request,
                                        v1::GetQualityResponse* response) override;
+  // In service_revisions.cc.
+  grpc::ServerUnaryReactor* SaveRevision(grpc::CallbackServerContext* call,
+                                         const v1::SaveRevisionRequest* request,
+                                         v1::SaveRevisionResponse* response) override;
+  grpc::ServerUnaryReactor* RollbackTo(grpc::CallbackServerContext* call,
+                                       const v1::RollbackToRequest* request,
+                                       v1::RollbackToResponse* response) override;
+  grpc::ServerUnaryReactor* Release(grpc::CallbackServerContext* call,
+                                    const v1::ReleaseRequest* request,
+                                    v1::ReleaseResponse* response) override;
+  grpc::ServerUnaryReactor* Fork(grpc::CallbackServerContext* call, const v1::ForkRequest* request,
+                                 v1::ForkResponse* response) override;
 
  private:
   const ServiceContext context_;

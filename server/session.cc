@@ -235,9 +235,13 @@ void Session::HandleCall(const SessionCall& call) {
     call(Error{ErrorCode::kSessionNotFound, "session " + session_id_ + " does not exist", {}});
     return;
   }
-  const CommittedState state{engine_->engine(),       revision_,
-                             applied_update_id_,      active_count_,
-                             engine_->staged_count(), info().summary.value_or(MeshSummary{})};
+  const CommittedState state{engine_->engine(),
+                             revision_,
+                             applied_update_id_,
+                             active_count_,
+                             engine_->staged_count(),
+                             info().summary.value_or(MeshSummary{}),
+                             this};
   if (revision_ == Revision::kNone) {
     call(Error{ErrorCode::kRevisionNotFound,
                "session " + session_id_ + " has no revision yet: advance it first", "revision"});
@@ -309,6 +313,8 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
     Reject(editor, id, bad->error);
   } else if (const auto* advance = std::get_if<BadAdvance>(&command.body)) {
     Reject(editor, id, advance->error);
+  } else if (const auto* rollback = std::get_if<RollbackUpdate>(&command.body)) {
+    HandleRollback(editor, id, rollback->to_revision);
   } else if (const auto* spec = std::get_if<AdvanceSpec>(&command.body)) {
     BeginAdvance(editor, id, *spec);
   } else {

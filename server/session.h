@@ -7,6 +7,7 @@
 #include <mutex>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "server/clock.h"
 #include "server/diff_history.h"
@@ -17,6 +18,7 @@
 #include "server/scheduler.h"
 #include "server/session_messages.h"
 #include "server/staged_engine.h"
+#include "server/undo_history.h"
 #include "server/update_results.h"
 
 namespace pliant::server {
@@ -41,6 +43,7 @@ class Editor {
 };
 
 /// What a call (GetMesh, GetQuality) sees of a session between two updates.
+class Session;
 struct CommittedState {
   const Engine& engine;
   Revision revision;
@@ -49,6 +52,8 @@ struct CommittedState {
   /// Updates that the engine's metric has, but the session's revision has not yet.
   std::int32_t staged_count;
   MeshSummary summary;
+  /// For calls that do something: RollbackTo, SaveRevision, Release and Fork may be called.
+  Session* session = nullptr;
 };
 /// A call, run on a worker: with the state, or with why there is none.
 using SessionCall = std::function<void(const Result<const CommittedState*>&)>;
@@ -104,6 +109,24 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   [[nodiscard]] SessionInfo info() const;
   [[nodiscard]] const std::string& session_id() const { return session_id_; }
 
+  // Run by workers, from within a call.
+
+  /// What a rollback has led to.
+  struct RolledBack {
+    Revision revision = Revision::kNone;
+    std::uint64_t state_hash = 0;
+  };
+  /// Goes back to a revision that is kept, under a new number; editor and subscribers get the diff.
+  /// A repeated update_id goes back once. Errors: kProtocolOrder, kRevisionNotFound.
+  Result<RolledBack> RollbackTo(Revision to_revision, std::int64_t update_id);
+  /// Keeps a revision. Errors: kRevisionNotFound, kResourceExhausted.
+  Status SaveRevision(Revision revision);
+  /// Errors: kRevisionNotFound.
+  Status Release(const std::vector<std::int64_t>& revisions);
+  /// Makes another session, which has not begun, go on from a revision of this one.
+  /// Errors: kProtocolOrder, kRevisionNotFound.
+  Status ForkInto(Session& other, Revision revision) const;
+
   /// Never throws: a bug of the engine ends in HandleBug.
   Outcome RunSlice(Clock::Time slice_end) override;
 
@@ -142,6 +165,11 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void TellProgress(Clock::Time now);
   void CommitOnTheWay(Clock::Time now);
   std::shared_ptr<const MeshDiff> Commit(const RunningAdvance& advance);
+  void Publish(std::shared_ptr<const MeshDiff> diff, std::int64_t update_id);
+  Result<std::shared_ptr<const MeshDiff>> GoBack(Revision to_revision, std::int64_t update_id);
+  void HandleRollback(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
+                      Revision to_revision);
+  [[nodiscard]] SessionEvent RolledBackEvent(std::int64_t update_id, Revision base) const;
   void FinishAdvance(AdvanceEnd end);
   void FailAdvance(const Error& error);
   void Answer(const std::shared_ptr<Editor>& editor, SessionEvent event);
@@ -172,6 +200,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
 
   std::optional<StagedEngine> engine_;
   DiffHistory history_;
+  UndoHistory undo_{{.bytes_max = kUndoBytesMax, .saved_max = kSavedRevisionsMax}};
   UpdateResults results_;
   Revision revision_ = Revision::kNone;
   std::int64_t applied_update_id_ = 0;

@@ -121,17 +121,29 @@ void Session::CommitOnTheWay(Clock::Time now) {
 // The mesh as it is becomes a revision, for everybody who asks or listens.
 std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
   const auto diff = std::make_shared<const MeshDiff>(engine_->Commit());
+  if (std::optional<UndoStep> undo = engine_->TakeUndo()) {
+    undo->active_count = active_count_;
+    undo_.Add(*std::move(undo));
+  } else {
+    undo_.Clear();
+  }
+  active_count_ = advance.progress.active_count;
+  Publish(diff, advance.update_id);
+  return diff;
+}
+
+// A revision is there: for the history, for who asks, and for who listens.
+void Session::Publish(std::shared_ptr<const MeshDiff> diff, std::int64_t update_id) {
   history_.Add(diff);
   followers_wait_ = true;
   revision_ = diff->revision;
-  applied_update_id_ = advance.update_id;
-  active_count_ = advance.progress.active_count;
+  applied_update_id_ = update_id;
   const std::lock_guard lock(mutex_);
   info_.revision = revision_;
   info_.active_count = active_count_;
   info_.summary = diff->summary;
   info_.commit_time = environment_.clock->WallNow();
-  return diff;
+  info_.saved_revisions = undo_.saved();
 }
 
 void Session::FinishAdvance(AdvanceEnd end) {

@@ -74,6 +74,11 @@ struct MotionUpdate {
 /// Forgets what is staged.
 struct DiscardUpdate {};
 
+/// Goes back to an earlier revision.
+struct RollbackUpdate {
+  Revision to_revision = Revision::kNone;
+};
+
 /// Applies what is staged and runs the loop, so far.
 struct AdvanceSpec {
   std::int64_t visits_max = INT64_MAX;
@@ -95,7 +100,7 @@ struct BadAdvance {
 struct UpdateCommand {
   std::int64_t update_id = 0;
   std::variant<BadUpdate, BadAdvance, MetricUpdate, MotionUpdate, FieldsUpdate, DiscardUpdate,
-               AdvanceSpec>
+               RollbackUpdate, AdvanceSpec>
       body = {};
 };
 
@@ -170,6 +175,7 @@ struct SessionInfo {
   std::int64_t active_count = 0;
   std::int64_t last_update_id = 0;
   bool running = false;
+  std::vector<std::int64_t> saved_revisions = {};
   std::chrono::system_clock::time_point create_time = {};
   std::optional<std::chrono::system_clock::time_point> commit_time = {};
 };

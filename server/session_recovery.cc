@@ -71,6 +71,7 @@ void Session::TearDown(const Error& error) {
   advance_.reset();
   engine_.reset();
   history_ = DiffHistory(0);
+  undo_.Clear();
   std::shared_ptr<Editor> editor;
   std::optional<StartRequest> start;
   {

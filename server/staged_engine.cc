@@ -70,6 +70,47 @@ StagedEngine::StagedEngine(std::unique_ptr<EngineInput> input, EngineFactory fac
       spec_(std::make_shared<const MetricSpec>(first_input_->metric)),
       committed_spec_(spec_) {}
 
+StagedEngine StagedEngine::Adopt(std::unique_ptr<Engine> engine,
+                                 std::shared_ptr<const MetricSpec> spec, EngineFactory factory) {
+  auto input = std::make_unique<EngineInput>();
+  StagedEngine staged(std::move(input), std::move(factory), std::move(engine));
+  staged.first_input_ = nullptr;
+  staged.spec_ = staged.committed_spec_ = std::move(spec);
+  return staged;
+}
+
+Status StagedEngine::CheckCommitted() const {
+  if (staged_count_ == 0 && !tainted_ && !stepped_) return {};
+  return Error{ErrorCode::kProtocolOrder,
+               "updates are staged, or an advance has failed: advance or discard first",
+               {}};
+}
+
+std::optional<UndoStep> StagedEngine::TakeUndo() {
+  std::optional<RevisionDelta> delta = engine_->TakeUndo();
+  if (!delta) return std::nullopt;
+  return UndoStep{*std::move(delta), previous_spec_};
+}
+
+Result<std::pair<MeshDiff, UndoStep>> StagedEngine::GoTo(const UndoStep& way, Revision revision) {
+  PLIANT_RETURN_IF_ERROR(CheckCommitted());
+  UndoStep back{engine_->InverseOf(way.delta), committed_spec_};
+  back.delta.base = revision;
+  PLIANT_ASSIGN_OR_RETURN(MeshDiff diff, engine_->Apply(way.delta, revision));
+  spec_ = committed_spec_ = way.spec;
+  return std::pair(std::move(diff), std::move(back));
+}
+
+Result<StagedEngine> StagedEngine::Fork(const UndoStep* way) const {
+  PLIANT_RETURN_IF_ERROR(CheckCommitted());
+  PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Engine> copy, engine_->Fork());
+  if (way != nullptr) {
+    const Result<MeshDiff> diff = copy->Apply(way->delta, way->delta.revision);
+    if (!diff.ok()) return diff.error();
+  }
+  return Adopt(std::move(copy), way != nullptr ? way->spec : committed_spec_, factory_);
+}
+
 Status StagedEngine::Stage(const MetricUpdate& update) {
   const VertexTensors* tensors = std::get_if<VertexTensors>(&update.source);
   const SolutionRequest* solution = std::get_if<SolutionRequest>(&update.source);
@@ -230,7 +271,7 @@ MeshDiff StagedEngine::Commit() {
   PLIANT_CHECK(!tainted_);
   MeshDiff diff = engine_->Commit();
   first_input_ = nullptr;
-  committed_spec_ = spec_;
+  previous_spec_ = std::exchange(committed_spec_, spec_);
   staged_count_ = 0;
   motion_fraction_.reset();
   stepped_ = false;

@@ -4,9 +4,11 @@
 #include <memory>
 #include <optional>
 #include <string>
+#include <utility>
 
 #include "server/engine.h"
 #include "server/session_messages.h"
+#include "server/undo_history.h"
 
 namespace pliant::server {
 
@@ -37,6 +39,19 @@ class StagedEngine {
   /// Stages fields. Errors: those of Engine::SetFields, kRevisionMismatch; then as above.
   Status Stage(const FieldsUpdate& update);
 
+  /// One that exists, at its last commit, following `spec`.
+  static StagedEngine Adopt(std::unique_ptr<Engine> engine, std::shared_ptr<const MetricSpec> spec,
+                            EngineFactory factory);
+
+  /// What takes the engine back over its last commit; nothing if it does not know.
+  std::optional<UndoStep> TakeUndo();
+  /// Goes to the revision that a step leads to, under another number. The second is what leads
+  /// back. Errors: kProtocolOrder if something is staged or was stepped; those of Engine::Apply.
+  Result<std::pair<MeshDiff, UndoStep>> GoTo(const UndoStep& way, Revision revision);
+  /// A second engine at the last commit or, with a way, where that leads.
+  /// Errors: kProtocolOrder as GoTo; those of Engine::Fork.
+  [[nodiscard]] Result<StagedEngine> Fork(const UndoStep* way) const;
+
   /// Records that an update that belongs to this stage was refused.
   void Taint() { tainted_ = true; }
   /// True if an update was refused since the last commit or discard: a commit would be half of
@@ -62,6 +77,7 @@ class StagedEngine {
  private:
   StagedEngine(std::unique_ptr<EngineInput> input, EngineFactory factory,
                std::unique_ptr<Engine> engine);
+  [[nodiscard]] Status CheckCommitted() const;
   Status SetSpec(const MetricUpdate& update);
   Status SetTensors(const VertexTensors& tensors);
   Status Move(const MotionUpdate& update);
@@ -76,6 +92,7 @@ class StagedEngine {
   std::shared_ptr<const MetricSpec> spec_;
   std::shared_ptr<const MetricSpec> committed_spec_;
   SizeBounds bounds_;  // Of the last specification: they go on to hold for tensors.
+  std::shared_ptr<const MetricSpec> previous_spec_;  // Of the commit before.
   std::int32_t staged_count_ = 0;
   std::optional<double> motion_fraction_;
   bool tainted_ = false;

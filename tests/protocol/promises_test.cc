@@ -273,6 +273,31 @@ TEST(Promises, ResumableAfterABrokenConnection) {
   EXPECT_TRUE(mirror == Fetch(server, id)) << kResumable;
 }
 
+// Method: a solver goes back a step and takes it again with the same input: the same mesh.
+TEST(Promises, DeterministicAfterGoingBack) {
+  InProcessServer server;
+  std::string id;
+  ASSERT_TRUE(server.Create(UnitSquare("0.05"), &id).ok());
+  EditClient edit(server, id);
+  Mirror mirror;
+  edit.Advance(1);
+  ApplyUntil(edit, 1, mirror);
+  std::vector<std::uint64_t> hashes;
+  std::int64_t update = 1;
+  for (int time = 0; time < 3; ++time) {
+    edit.Size(++update, "0.03 + 0.1*abs(x - 0.3)");
+    edit.Advance(++update);
+    hashes.push_back(ApplyUntil(edit, update, mirror).state_hash());
+    v1::EditRequest rollback;
+    rollback.set_update_id(++update);
+    rollback.mutable_rollback()->set_to_revision(1);
+    edit.Send(rollback);
+    ApplyUntil(edit, update, mirror);
+  }
+  EXPECT_EQ(hashes[0], hashes[1]) << kDeterministic;
+  EXPECT_EQ(hashes[0], hashes[2]) << kDeterministic;
+}
+
 TEST(Promises, TerminatingWithABudgetAndGoingOnToTheSameEnd) {
   InProcessServer server;
   std::string id;

@@ -122,26 +122,6 @@ TEST_F(ServiceTest, AnswersUnimplementedForWhatIsNot) {
   std::vector<grpc::StatusCode> codes;
   {
     grpc::ClientContext context;
-    v1::SaveRevisionResponse response;
-    codes.push_back(server_.sessions->SaveRevision(&context, {}, &response).error_code());
-  }
-  {
-    grpc::ClientContext context;
-    v1::RollbackToResponse response;
-    codes.push_back(server_.sessions->RollbackTo(&context, {}, &response).error_code());
-  }
-  {
-    grpc::ClientContext context;
-    v1::ReleaseResponse response;
-    codes.push_back(server_.sessions->Release(&context, {}, &response).error_code());
-  }
-  {
-    grpc::ClientContext context;
-    v1::ForkResponse response;
-    codes.push_back(server_.sessions->Fork(&context, {}, &response).error_code());
-  }
-  {
-    grpc::ClientContext context;
     v1::ListJobsResponse response;
     codes.push_back(server_.jobs->ListJobs(&context, {}, &response).error_code());
   }

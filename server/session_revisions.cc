@@ -1,0 +1,108 @@
+// How a session goes back to earlier revisions, keeps them, and is copied; see session.h.
+#include <memory>
+#include <string>
+#include <utility>
+
+#include "server/session.h"
+
+namespace pliant::server {
+
+// The mesh of an earlier revision becomes the next one.
+Result<std::shared_ptr<const MeshDiff>> Session::GoBack(Revision to_revision,
+                                                        std::int64_t update_id) {
+  const auto next = Revision(static_cast<std::int64_t>(revision_) + 1);
+  PLIANT_ASSIGN_OR_RETURN(const UndoStep way, undo_.WayTo(to_revision, revision_));
+  PLIANT_ASSIGN_OR_RETURN(auto gone, engine_->GoTo(way, next));
+  UndoStep& back = gone.second;
+  back.active_count = std::exchange(active_count_, way.active_count);
+  undo_.Add(std::move(back));
+  auto diff = std::make_shared<const MeshDiff>(std::move(gone.first));
+  Publish(diff, update_id);
+  return diff;
+}
+
+SessionEvent Session::RolledBackEvent(std::int64_t update_id, Revision base) const {
+  SessionEvent event = MakeEvent(update_id);
+  Progress progress;
+  progress.active_count = active_count_;
+  progress.stop_reason = active_count_ == 0 ? StopReason::kConverged : StopReason::kVisitBudget;
+  event.body = AdvancedEvent{.base_revision = base,
+                             .summary = info().summary.value_or(MeshSummary{}),
+                             .progress = progress};
+  return event;
+}
+
+void Session::HandleRollback(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
+                             Revision to_revision) {
+  const Revision base = revision_;
+  const auto diff = GoBack(to_revision, update_id);
+  if (!diff.ok()) {
+    Reject(editor, update_id, diff.error());
+    return;
+  }
+  if (mirror_ == Mirror::kFull) {
+    SessionEvent event = MakeEvent(update_id);
+    event.body = DiffEvent{.diff = *diff, .applied_update_id = update_id};
+    editor->Send(std::move(event));
+  }
+  Answer(editor, RolledBackEvent(update_id, base));
+}
+
+Result<Session::RolledBack> Session::RollbackTo(Revision to_revision, std::int64_t update_id) {
+  if (update_id <= results_.last_update_id()) {
+    const std::optional<SessionEvent> answer = results_.Find(update_id);
+    if (answer && std::holds_alternative<AdvancedEvent>(answer->body)) {
+      return RolledBack{answer->revision, std::get<AdvancedEvent>(answer->body).summary.state_hash};
+    }
+    return Error{ErrorCode::kProtocolOrder,
+                 "update_id " + std::to_string(update_id) + " is not new: the last was " +
+                     std::to_string(results_.last_update_id()),
+                 "update_id"};
+  }
+  const Revision base = revision_;
+  PLIANT_ASSIGN_OR_RETURN(const std::shared_ptr<const MeshDiff> diff,
+                          GoBack(to_revision, update_id));
+  const SessionEvent advanced = RolledBackEvent(update_id, base);
+  results_.Add(advanced);
+  PublishInfo();
+  if (const std::shared_ptr<Editor> editor = CurrentEditor();
+      editor != nullptr && mirror_ == Mirror::kFull) {
+    SessionEvent event = MakeEvent(0);
+    event.body = DiffEvent{.diff = diff, .applied_update_id = update_id};
+    editor->Send(std::move(event));
+  }
+  return RolledBack{revision_, diff->summary.state_hash};
+}
+
+Status Session::SaveRevision(Revision revision) {
+  PLIANT_RETURN_IF_ERROR(undo_.Save(revision, revision_));
+  const std::lock_guard lock(mutex_);
+  info_.saved_revisions = undo_.saved();
+  return {};
+}
+
+Status Session::Release(const std::vector<std::int64_t>& revisions) {
+  PLIANT_RETURN_IF_ERROR(undo_.Release(revisions));
+  const std::lock_guard lock(mutex_);
+  info_.saved_revisions = undo_.saved();
+  return {};
+}
+
+Status Session::ForkInto(Session& other, Revision revision) const {
+  std::optional<UndoStep> way;
+  if (revision != revision_) {
+    PLIANT_ASSIGN_OR_RETURN(way, undo_.WayTo(revision, revision_));
+  }
+  PLIANT_ASSIGN_OR_RETURN(StagedEngine copy, engine_->Fork(way ? &*way : nullptr));
+  other.engine_.emplace(std::move(copy));
+  other.revision_ = revision;
+  other.active_count_ = way ? way->active_count : active_count_;
+  const std::lock_guard lock(other.mutex_);
+  other.info_.revision = revision;
+  other.info_.active_count = other.active_count_;
+  other.info_.summary = other.engine_->engine().Snapshot().summary;
+  other.info_.commit_time = environment_.clock->WallNow();
+  return {};
+}
+
+}  // namespace pliant::server
