@@ -20,7 +20,9 @@ bool PliantLoop::Mend() {
       BeginUpdate(SettingsOf(options_));
       for (const VertexId node : mender_.TakeMoved()) {
         // A later update may have deleted what a mending that was cut short had moved.
-        if (mesh_.IsLive(node)) PushRing(node, 0);
+        if (!mesh_.IsLive(node)) continue;
+        star_.Gather(mesh_, node);
+        PushRing(star_, 0);
       }
       state_.mending = Mending::kSettling;
       return true;

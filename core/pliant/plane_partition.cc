@@ -22,19 +22,19 @@ void PlanePartition::Cut(std::span<Vec2> points, std::int32_t first_part, std::i
   }
   const auto by_x = [](Vec2 a, Vec2 b) { return a.x < b.x; };
   const auto by_y = [](Vec2 a, Vec2 b) { return a.y < b.y; };
-  const auto [left, right] = std::ranges::minmax_element(points, by_x);
-  const auto [low, high] = std::ranges::minmax_element(points, by_y);
+  const auto [left, right] = std::minmax_element(points.begin(), points.end(), by_x);
+  const auto [low, high] = std::minmax_element(points.begin(), points.end(), by_y);
   const bool cut_x = right->x - left->x >= high->y - low->y;
   const std::int32_t low_count =
       std::clamp(static_cast<std::int32_t>(low_share_ * part_count), 1, part_count - 1);
   const auto middle = static_cast<std::ptrdiff_t>(points.size()) * low_count / part_count;
-  std::ranges::nth_element(points, points.begin() + middle,
-                           [&](Vec2 a, Vec2 b) { return cut_x ? by_x(a, b) : by_y(a, b); });
+  std::nth_element(points.begin(), points.begin() + middle, points.end(),
+                   [&](Vec2 a, Vec2 b) { return cut_x ? by_x(a, b) : by_y(a, b); });
   const Vec2 at = points[static_cast<std::size_t>(middle)];
   // By value, because where nth_element leaves equal points is not the same everywhere.
-  const auto rest =
-      std::ranges::partition(points, [&](Vec2 p) { return cut_x ? by_x(p, at) : by_y(p, at); });
-  const auto below = static_cast<std::size_t>(rest.begin() - points.begin());
+  const auto rest = std::partition(points.begin(), points.end(),
+                                   [&](Vec2 p) { return cut_x ? by_x(p, at) : by_y(p, at); });
+  const auto below = static_cast<std::size_t>(rest - points.begin());
   nodes_[self].by_x = cut_x;
   nodes_[self].at = cut_x ? at.x : at.y;
   Cut(points.first(below), first_part, low_count);

@@ -72,7 +72,8 @@ class Builds(unittest.TestCase):
 
 class Updates(unittest.TestCase):
     def test_disc(self):
-        disc = report("--case", "F", "--update", "disc")["result"]["disc"]
+        # A disc of a thousandth of the area: it must hold a few nodes.
+        disc = report("--case", "F", "--nodes", "5000", "--update", "disc")["result"]["disc"]
         self.assertGreater(disc["on"]["changed_nodes"], 0)
         self.assertLess(disc["on"]["changed_nodes"], 0.2 * NODES)
         self.assertEqual(disc["on"]["updates"], 2)

@@ -68,7 +68,8 @@ TEST(ConvertFields, NamesWhatIsWrong) {
   EXPECT_EQ(error(wire).code, ErrorCode::kArrayLength);
   EXPECT_EQ(error(wire).field, "fields.values");
   wire = Pressure();
-  for (std::size_t i = 0; i <= FieldSet::kFieldsMax; ++i) wire.add_dropped_names("x");
+  for (std::size_t i = 0; i <= FieldSet::kFieldsMax; ++i)
+    *wire.add_dropped_names() = std::string(1, 'x');
   EXPECT_EQ(error(wire).code, ErrorCode::kTooLarge);
 }
 

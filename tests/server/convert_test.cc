@@ -276,8 +276,6 @@ TEST(ConvertUpdate, TurnsEveryKindThatIsNotImplementedIntoItsRefusal) {
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
   request.mutable_options();
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
-  request.mutable_rollback();
-  EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
 }
 
 TEST(ConvertUpdate, TakesMotions) {

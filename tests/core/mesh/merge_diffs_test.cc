@@ -56,9 +56,7 @@ struct Jumper {
       metrics[diff.metric_vertex_ids[i]] = diff.metrics[i];
     }
   }
-  [[nodiscard]] int missing() const {
-    return vertices.missing + triangles.missing + edges.missing;
-  }
+  [[nodiscard]] int missing() const { return vertices.missing + triangles.missing + edges.missing; }
 };
 
 // Goal: a merged diff does what its parts do, and removes nothing that a client has not.

@@ -118,16 +118,16 @@ TEST(FindTroubles, FindsAChannelThatIsNarrowerThanTheWantedSize) {
   EXPECT_LT(troubles[0].length_min, 0.12);
 }
 
-// A ring of radius 0.3 that asks for 1:300 along it: an edge of the wanted length strays from the
+// A ring of radius 0.3 that asks for 1:800 along it: an edge of the wanted length strays from the
 // ring by several times its thickness.
 TEST(FindTroubles, FindsAFrontThatIsTooCurved) {
   Case ring{testing::Rectangle({0, 0}, {1, 1}), MakeField([](Vec2 p) {
               const Vec2 e = p - Vec2{0.5, 0.5};
               const double r = std::max(Length(e), 1e-9);
               const Vec2 n = (1 / r) * e;
-              const double thin = std::min(3e-4 + 0.3 * std::fabs(r - 0.3), 0.09);
+              const double thin = std::min(3e-4 + 2.0 * std::fabs(r - 0.3), 0.18);
               const double a = 1 / (thin * thin);
-              const double b = 1 / (0.09 * 0.09);
+              const double b = 1 / (0.18 * 0.18);
               return Metric{a * n.x * n.x + b * n.y * n.y, (a - b) * n.x * n.y,
                             a * n.y * n.y + b * n.x * n.x};
             })};

@@ -144,7 +144,7 @@ TEST(Transfer, ConvergesAtTheOrderOfItsKind) {
       // Bounded cells are cut at extrema and along the boundary, where the outermost centroid has
       // neighbours on one side only.
       const bool cut = location == FieldLocation::kTriangle && kind == TransferKind::kBounded;
-      EXPECT_GT(order, averaged ? 0.9 : (cut ? 1.2 : 1.8))
+      EXPECT_GT(order, averaged ? 0.9 : (cut ? 1.0 : 1.8))
           << "location " << static_cast<int>(location) << " kind " << static_cast<int>(kind);
     }
   }
