@@ -460,17 +460,13 @@ Result<std::unique_ptr<Remesher>> Remesher::Create(const MeshData& mesh,
 }
 
 Status Remesher::SetMetric(const MetricSpec& metric) { return impl_->SetSpec(metric); }
-
 Status Remesher::SetField(std::unique_ptr<MetricField> field) {
   return impl_->SetField(std::move(field), nullptr);
 }
-
 Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
   return impl_->SetTensors(vertices, tensors);
 }
-
 Status Remesher::Apply(MeshChange& change) { return impl_->Change(change); }
-
 Result<Progress> Remesher::Step(const Budget& budget) { return impl_->Step(budget); }
 void Remesher::UseHelpers(const Helpers& helpers) { impl_->UseHelpers(helpers); }
 std::vector<Trouble> Remesher::FindTroubles() const { return impl_->FindTroubles(); }
@@ -480,25 +476,19 @@ Status Remesher::SetFields(const FieldUpdate& update) { return impl_->SetFields(
 void Remesher::Rollback() { impl_->Rollback(); }
 MeshDiff Remesher::Snapshot() const { return impl_->Snapshot(); }
 std::optional<RevisionDelta> Remesher::TakeUndo() { return impl_->TakeUndo(); }
-
 RevisionDelta Remesher::InverseOf(const RevisionDelta& delta) const {
   return impl_->InverseOf(delta);
 }
-
 Result<MeshDiff> Remesher::Apply(const RevisionDelta& delta, Revision revision) {
   return impl_->Apply(delta, revision);
 }
-
 Result<Bytes> Remesher::Save() const { return impl_->Save(); }
-
 Result<std::unique_ptr<Remesher>> Remesher::Load(std::span<const std::byte> bytes) {
   return Wrap(Impl::Load(bytes));
 }
-
 Result<RevisionDelta> Remesher::ReadDelta(std::span<const std::byte> bytes) const {
   return impl_->ReadDelta(bytes);
 }
-
 const Mesh& Remesher::mesh() const { return impl_->mesh(); }
 const MetricField& Remesher::field() const { return impl_->field(); }
 bool Remesher::building() const { return impl_->building(); }
