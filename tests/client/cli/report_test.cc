@@ -34,10 +34,10 @@ TEST(Report, TheReportHasTheDocumentedFields) {
                             .write_seconds = 0.125,
                             .peak_memory_bytes = 1024};
   const Json json = RemeshJson(report, result);
-  EXPECT_THAT(Keys(json),
-              ElementsAre("pliant_version", "mode", "input", "output", "vertex_count",
-                          "triangle_count", "constrained_edge_count", "state_hash", "stop",
-                          "active_count", "seconds", "peak_memory_bytes", "loop", "quality"));
+  EXPECT_THAT(Keys(json), ElementsAre("pliant_version", "mode", "input", "output", "vertex_count",
+                                      "triangle_count", "constrained_edge_count", "state_hash",
+                                      "stop", "active_count", "seconds", "peak_memory_bytes",
+                                      "loop", "troubles", "quality"));
   EXPECT_EQ(json["mode"], "local");
   EXPECT_EQ(json["vertex_count"], 4);
   EXPECT_EQ(json["state_hash"], "0000000000000abc") << "16 digits: JSON has no 64-bit numbers";
