@@ -8,9 +8,9 @@ import unittest
 NODES = 1000
 
 
-def report(*arguments):
-    """What the program reports for 1k nodes."""
-    command = [PROGRAM, "--nodes", str(NODES), "--repeat", "2", *arguments]
+def report(*arguments, nodes=NODES):
+    """What the program reports for a few nodes."""
+    command = [PROGRAM, "--nodes", str(nodes), "--repeat", "2", *arguments]
     done = subprocess.run(command, check=False, capture_output=True, text=True)
     if done.returncode != 0:
         raise AssertionError(f"{' '.join(command)} ended with {done.returncode}: {done.stderr}")
@@ -73,7 +73,7 @@ class Builds(unittest.TestCase):
 class Updates(unittest.TestCase):
     def test_disc(self):
         # A disc of a thousandth of the area: it must hold a few nodes.
-        disc = report("--case", "F", "--nodes", "5000", "--update", "disc")["result"]["disc"]
+        disc = report("--case", "F", "--update", "disc", nodes=5000)["result"]["disc"]
         self.assertGreater(disc["on"]["changed_nodes"], 0)
         self.assertLess(disc["on"]["changed_nodes"], 0.2 * NODES)
         self.assertEqual(disc["on"]["updates"], 2)
