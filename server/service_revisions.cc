@@ -114,7 +114,7 @@ grpc::ServerUnaryReactor* SessionServiceImpl::Fork(grpc::CallbackServerContext* 
         };
         const auto fork =
             std::make_shared<Session>(std::move(environment), id, state.session->info().labels);
-        const Status status = state.session->ForkInto(*fork, revision);
+        Status status = state.session->ForkInto(*fork, revision);
         if (!status.ok()) {
           context_.registry->Remove(tenant, id);
           return status;

@@ -165,7 +165,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void TellProgress(Clock::Time now);
   void CommitOnTheWay(Clock::Time now);
   std::shared_ptr<const MeshDiff> Commit(const RunningAdvance& advance);
-  void Publish(std::shared_ptr<const MeshDiff> diff, std::int64_t update_id);
+  void Publish(const std::shared_ptr<const MeshDiff>& diff, std::int64_t update_id);
   Result<std::shared_ptr<const MeshDiff>> GoBack(Revision to_revision, std::int64_t update_id);
   void HandleRollback(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
                       Revision to_revision);

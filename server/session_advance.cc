@@ -120,7 +120,7 @@ void Session::CommitOnTheWay(Clock::Time now) {
 
 // The mesh as it is becomes a revision, for everybody who asks or listens.
 std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
-  const auto diff = std::make_shared<const MeshDiff>(engine_->Commit());
+  auto diff = std::make_shared<const MeshDiff>(engine_->Commit());
   if (std::optional<UndoStep> undo = engine_->TakeUndo()) {
     undo->active_count = active_count_;
     undo_.Add(*std::move(undo));
@@ -133,7 +133,7 @@ std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
 }
 
 // A revision is there: for the history, for who asks, and for who listens.
-void Session::Publish(std::shared_ptr<const MeshDiff> diff, std::int64_t update_id) {
+void Session::Publish(const std::shared_ptr<const MeshDiff>& diff, std::int64_t update_id) {
   history_.Add(diff);
   followers_wait_ = true;
   revision_ = diff->revision;

@@ -142,7 +142,7 @@ void Write(const RecordsAt<IdType, Record>& at, SlotAllocator& allocator, Touch 
 
 /// @return sum of the hashes
 template <class IdType, class Records>
-std::uint64_t RestoreAt(Records&& from, Records& records, SlotAllocator& allocator) {
+std::uint64_t RestoreAt(Records from, Records& records, SlotAllocator& allocator) {
   records = std::move(from);
   allocator.Reset(static_cast<std::int32_t>(records.size()));
   std::uint64_t hash = 0;
