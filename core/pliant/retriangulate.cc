@@ -8,6 +8,9 @@
 namespace pliant {
 namespace {
 
+/// Cutting takes the square of the corners at least; a vertex of more neighbours than this stays.
+constexpr std::size_t kCornersMax = 250;
+
 class EarCutter {
  public:
   EarCutter(const Mesh& mesh, std::span<const VertexId> polygon, const Metric& metric)
@@ -70,6 +73,7 @@ class EarCutter {
 
 std::optional<std::vector<NewTriangle>> CutEars(const Mesh& mesh, std::span<const VertexId> polygon,
                                                 const Metric& metric, std::int32_t region) {
+  if (polygon.size() > kCornersMax) return std::nullopt;
   EarCutter cutter(mesh, polygon, metric);
   std::vector<NewTriangle> triangles;
   while (cutter.size() >= 3) {

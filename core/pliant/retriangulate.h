@@ -14,9 +14,11 @@ namespace pliant {
 /// Triangulates a simple counter-clockwise polygon of mesh vertices by cutting ears, the best
 /// shaped in `metric` first; all triangles positive by exact predicates.
 ///
-/// @return polygon.size() - 2 triangles with region `region`, or nothing if the polygon is not
-///         simple and strictly positive anywhere on the way.
-/// @pre polygon.size() >= 3  @par Cost O(n^3) in the worst case; n is about 6
+/// @return polygon.size() - 2 triangles with region `region`, or nothing if the polygon has more
+/// than
+///         250 corners, is not
+///         simple, or not strictly positive anywhere on the way.
+/// @pre polygon.size() >= 3  @par Cost O(n^3) in the worst case; n is about 6, at most 250
 [[nodiscard]] std::optional<std::vector<NewTriangle>> CutEars(const Mesh& mesh,
                                                               std::span<const VertexId> polygon,
                                                               const Metric& metric,

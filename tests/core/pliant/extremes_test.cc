@@ -194,8 +194,7 @@ TEST(Extremes, HolesThatTouchAtTheirTips) {
 
 class Comb : public ::testing::TestWithParam<std::int32_t> {};
 
-// Teeth far narrower than the wanted size, all given points. A vertex that sees all tips has as
-// many neighbours, and deleting it costs their square: 100,000 teeth take minutes.
+// Teeth far narrower than the wanted size, all given points.
 TEST_P(Comb, HasATriangulationOfItsPoints) {
   const std::int32_t teeth = GetParam();
   const double pitch = 1.0 / teeth;
@@ -213,7 +212,7 @@ TEST_P(Comb, HasATriangulationOfItsPoints) {
   ExpectMeshOf(domain, ConstantSize(0.2), {count, 3 * count});
 }
 
-INSTANTIATE_TEST_SUITE_P(Extremes, Comb, ::testing::Values(10, 1'000, 2'000));
+INSTANTIATE_TEST_SUITE_P(Extremes, Comb, ::testing::Values(10, 1'000, 100'000));
 
 TEST(Extremes, ManyGivenPoints) {
   Domain domain = Rectangle({0, 0}, {1, 1});
