@@ -1,0 +1,101 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <utility>
+#include <vector>
+
+#include "core/delaunay/import_mesh.h"
+#include "core/mesh/mesh_edit.h"
+#include "core/pliant/followed_metric.h"
+#include "core/pliant/nested_build.h"
+#include "core/pliant/remesher.h"
+#include "core/pliant/snapshot.h"
+
+namespace pliant {
+
+/// What is behind Remesher, for the three files that share the work: remesher.cc makes it,
+/// remesher_update.cc carries updates out, remesher_commit.cc makes revisions and goes back to
+/// them. The functions that have the names of Remesher's are those.
+class Remesher::Impl {
+ public:
+  /// What happens to slots at the first commit.
+  enum class Numbering { kClosesGaps, kKeeps };
+
+  Impl(const MeshPlan& plan, Numbering numbering, const Options& options);
+  explicit Impl(SavedSession snapshot);
+
+  static Result<std::unique_ptr<Impl>> Make(const Result<MeshPlan>& plan, Numbering numbering,
+                                            std::unique_ptr<MetricField> field,
+                                            const Options& options);
+  static Result<std::unique_ptr<Impl>> MakeFromSpec(const Result<MeshPlan>& plan,
+                                                    Numbering numbering, const MetricSpec& spec,
+                                                    const Options& options);
+
+  Status SetSpec(const MetricSpec& spec);
+  /// @param spec  what the field was made from; null for a field of the caller's own.
+  Status SetField(std::unique_ptr<MetricField> field, const MetricSpec* spec);
+  Status SetTensors(std::span<const VertexId> given, std::span<const Metric> tensors);
+  Status Change(MeshChange& change);
+  Result<Progress> Step(Budget budget);
+  [[nodiscard]] std::vector<Trouble> FindTroubles() const;
+
+  MeshDiff Commit() { return fields_.idle() ? CommitMesh() : CommitAndTransfer(); }
+  MeshDiff CommitAndTransfer();
+  Status SetFields(const FieldUpdate& update);
+  void Rollback();
+  [[nodiscard]] MeshDiff Snapshot() const;
+  std::optional<RevisionDelta> TakeUndo();
+  [[nodiscard]] RevisionDelta InverseOf(const RevisionDelta& delta) const;
+  Result<MeshDiff> Apply(const RevisionDelta& delta, Revision revision);
+  [[nodiscard]] Result<Bytes> Save() const;
+  static Result<std::unique_ptr<Impl>> Load(std::span<const std::byte> bytes);
+  [[nodiscard]] Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes) const;
+
+  void UseHelpers(const Helpers& helpers) { helpers_ = helpers; }
+  [[nodiscard]] const Mesh& mesh() const { return mesh_; }
+  [[nodiscard]] const MetricField& field() const { return followed_.field(); }
+  [[nodiscard]] bool building() const { return nested_.has_value(); }
+  [[nodiscard]] Revision revision() const { return revision_; }
+  [[nodiscard]] const Options& options() const { return options_; }
+  [[nodiscard]] const FieldSet& fields() const { return fields_; }
+
+ private:
+  /// What a rollback needs beyond the change log.
+  struct Committed {
+    FollowedMetric::State followed;
+    PliantLoop::State loop;
+    SharedFields fields;
+  };
+
+  /// Gives every vertex its first metric and wakes it.
+  Status Start(std::unique_ptr<MetricField> field, const MetricSpec* spec);
+  void LeaveNestedBuild();
+  Status LetMetricFollow();
+  Status Limit();
+  void Apply(const WantedTensors& wanted);
+
+  MeshDiff CommitMesh();
+  void RestoreFields();
+  [[nodiscard]] FieldChanges AllFields(const SharedFields& before) const;
+
+  const Options options_;
+  Helpers helpers_;
+  Mesh mesh_;
+  MeshEdit edit_;
+  PliantLoop loop_;
+  const BoundingBox box_;
+  const Numbering numbering_;
+  FollowedMetric followed_;
+  FieldSet fields_;
+  std::vector<VertexId> carriers_;     // Their tensors are not in the followed field yet.
+  std::optional<NestedBuild> nested_;  // While the first mesh is built from coarse to fine.
+  Revision revision_ = Revision::kNone;
+  Committed committed_;
+  // Of the commit before, for TakeUndo.
+  Revision previous_revision_ = Revision::kNone;
+  Committed previous_;
+};
+
+}  // namespace pliant

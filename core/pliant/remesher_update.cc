@@ -1,0 +1,163 @@
+// Remesher, the part that takes metrics and changes over and lets the loop follow them.
+
+#include <utility>
+#include <vector>
+
+#include "core/pliant/remesher_impl.h"
+
+namespace pliant {
+namespace {
+
+bool Ended(StopReason reason) {
+  return reason == StopReason::kConverged || reason == StopReason::kVertexLimit;
+}
+
+}  // namespace
+
+Status Remesher::Impl::Start(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
+  followed_.Follow(std::move(field), spec);
+  MetricField& raw = *followed_.raw();
+  if (options_.variant == Variant::kNested && numbering_ == Numbering::kClosesGaps &&
+      options_.permissions == Permissions{}) {
+    nested_.emplace(edit_, loop_, followed_.raw(), options_);
+  } else {
+    loop_.BeginUpdate(SettingsOf(options_));
+    for (const VertexId vertex : LiveVertices(mesh_)) {
+      edit_.SetMetric(vertex, raw.At(mesh_.position(vertex), edit_.Hint(vertex)));
+      loop_.Wake(vertex);
+    }
+  }
+  return raw.status();
+}
+
+Status Remesher::Impl::SetSpec(const MetricSpec& spec) {
+  if (followed_.Follows(spec)) return {};
+  PLIANT_RETURN_IF_ERROR(FollowedMetric::Check(spec));
+  PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<MetricField> field, MakeMetricField(spec, box_));
+  return SetField(std::move(field), &spec);
+}
+
+Status Remesher::Impl::SetField(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
+  WantedTensors wanted{LiveVertices(mesh_), {}};
+  wanted.tensors.reserve(wanted.vertices.size());
+  for (const VertexId vertex : wanted.vertices) {
+    wanted.tensors.push_back(field->At(mesh_.position(vertex), edit_.Hint(vertex)));
+  }
+  PLIANT_RETURN_IF_ERROR(field->status());
+  LeaveNestedBuild();
+  carriers_.clear();  // Another field replaces what they carried.
+  followed_.Follow(std::move(field), spec);
+  if (followed_.limits_again()) return Limit();
+  Apply(wanted);
+  return {};
+}
+
+Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
+                                  std::span<const Metric> tensors) {
+  const std::vector<VertexId> all = given.empty() ? LiveVertices(mesh_) : std::vector<VertexId>();
+  const std::span<const VertexId> vertices = given.empty() ? std::span(all) : given;
+  PLIANT_RETURN_IF_ERROR(followed_.CheckTensors(vertices, tensors));
+  LeaveNestedBuild();
+  PLIANT_RETURN_IF_ERROR(LetMetricFollow());
+  PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted, followed_.SetTensors(vertices, tensors));
+  if (!wanted.vertices.empty()) Apply(wanted);
+  return {};
+}
+
+Status Remesher::Impl::Change(MeshChange& change) {
+  LeaveNestedBuild();
+  PLIANT_RETURN_IF_ERROR(LetMetricFollow());
+  MeshEdit::Trial trial = edit_.BeginTrial();
+  Result<MeshChange::Outcome> outcome = change.Apply(edit_);
+  if (!outcome.ok()) {
+    edit_.Undo(std::move(trial));
+    return outcome.error();
+  }
+  edit_.Keep(std::move(trial));
+  WantedTensors wanted{std::move(outcome->moved), {}};
+  for (const VertexId vertex : wanted.vertices) {
+    wanted.tensors.push_back(followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
+  }
+  Apply(wanted);
+  for (const VertexId vertex : outcome->disturbed) loop_.Wake(vertex);
+  carriers_ = std::move(outcome->carriers);
+  return {};
+}
+
+/// The limits are laid on the mesh as it is when an update begins, which may be too coarse to
+/// know the metric; they are laid again on the mesh that comes out.
+Result<Progress> Remesher::Impl::Step(Budget budget) {
+  PLIANT_RETURN_IF_ERROR(LetMetricFollow());
+  Progress progress;
+  for (;;) {
+    const std::int64_t visits_before = loop_.counts().visits;
+    progress.stop_reason =
+        nested_ ? nested_->Run(budget, helpers_) : loop_.Run(followed_.field(), budget);
+    PLIANT_RETURN_IF_ERROR(followed_.raw()->status());
+    budget.visits_max -= loop_.counts().visits - visits_before;
+    if (!Ended(progress.stop_reason)) break;
+    if (nested_ && nested_->levels_left() > 0) {
+      nested_->NextLevel(helpers_);
+      continue;
+    }
+    nested_.reset();
+    if (followed_.limits_again()) {
+      PLIANT_RETURN_IF_ERROR(Limit());
+    } else if (!loop_.Mend()) {
+      break;
+    }
+  }
+  progress.active_count = nested_ ? nested_->active_count() : loop_.active_count();
+  progress.counts = loop_.counts();
+  return progress;
+}
+
+std::vector<Trouble> Remesher::Impl::FindTroubles() const {
+  const LoopCounts& counts = loop_.counts();
+  const TroubleContext context{.insertions_refused =
+                                   counts.refused_at_limit > 0 || counts.refused_by_allowance > 0};
+  const std::vector<TriangleId> triangles = revision_ == Revision::kNone
+                                                ? LiveTrianglesOf(mesh_)
+                                                : TrianglesAtChanges(mesh_, edit_.log());
+  return pliant::FindTroubles(mesh_, triangles, context);
+}
+
+/// The levels of the first build follow the metric that it began with, in the mesh's records too.
+void Remesher::Impl::LeaveNestedBuild() {
+  if (nested_) nested_->Finish(helpers_);
+  nested_.reset();
+}
+
+/// The metric takes over what vertices carried along with them. Put off until someone needs it:
+/// a metric that is sent together with a motion makes it superfluous.
+Status Remesher::Impl::LetMetricFollow() {
+  if (carriers_.empty()) return {};
+  const std::vector<VertexId> carriers = std::exchange(carriers_, {});
+  std::vector<Metric> tensors;
+  tensors.reserve(carriers.size());
+  for (const VertexId vertex : carriers) tensors.push_back(mesh_.metric(vertex));
+  PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted, followed_.Carry(carriers, tensors));
+  if (!wanted.vertices.empty()) Apply(wanted);
+  return {};
+}
+
+/// Limits the metric on the mesh as it is. Nodes that the raw metric kept busy until they were
+/// old get their visits back: it is another metric now.
+Status Remesher::Impl::Limit() {
+  PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted, followed_.Limit());
+  Apply(wanted);
+  return {};
+}
+
+/// Takes over tensors that differ by more than the tolerance, and wakes their nodes. Smaller
+/// changes leave the old tensor in place, so that many of them add up and are seen at last.
+void Remesher::Impl::Apply(const WantedTensors& wanted) {
+  loop_.BeginUpdate(SettingsOf(options_));
+  for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
+    if (!followed_.Differs(mesh_.metric(wanted.vertices[i]), wanted.tensors[i])) continue;
+    edit_.SetMetric(wanted.vertices[i], wanted.tensors[i]);
+    loop_.Wake(wanted.vertices[i]);
+  }
+}
+
+}  // namespace pliant
