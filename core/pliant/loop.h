@@ -47,15 +47,7 @@ struct LoopCounts {
 
   LoopCounts& operator+=(const LoopCounts& other);
   friend bool operator==(const LoopCounts&, const LoopCounts&) = default;
-  friend LoopCounts operator+(const LoopCounts& a, const LoopCounts& b) {
-    return {.visits = a.visits + b.visits,
-            .moves = a.moves + b.moves,
-            .insertions = a.insertions + b.insertions,
-            .deletions = a.deletions + b.deletions,
-            .swaps = a.swaps + b.swaps,
-            .cooled = a.cooled + b.cooled,
-            .refused_at_limit = a.refused_at_limit + b.refused_at_limit};
-  }
+  friend LoopCounts operator+(LoopCounts a, const LoopCounts& b) { return a += b; }
 };
 
 /// How the loop runs within one update. The fields mean what Options says of theirs.

@@ -12,7 +12,7 @@ bool PliantLoop::Mend() {
   if (options_.variant == Variant::kPaper) state_.mending = Mending::kDone;
   switch (state_.mending) {
     case Mending::kNotBegun:
-      mender_.Start();
+      mender_.Start(state_.epoch);
       state_.mending = Mending::kFirst;
       return true;
     case Mending::kFirst:
@@ -27,7 +27,7 @@ bool PliantLoop::Mend() {
       state_.mending = Mending::kSettling;
       return true;
     case Mending::kSettling:
-      mender_.Start();
+      mender_.Start(state_.epoch - 1);  // Settling has an epoch of its own.
       state_.mending = Mending::kLast;
       return true;
     case Mending::kLast:

@@ -18,6 +18,9 @@ constexpr double kSquaredShortest = 0.65 * 0.65;
 /// is mended is not undone by its neighbours' mending.
 constexpr double kMeritGoal = 1.1;
 
+/// A triangle with a node whose metric has changed is bad below this merit, others below 1.
+constexpr double kWarmMerit = 1.03;
+
 /// A change must lessen the shortfall around it by this share, and by this much.
 constexpr double kGainShare = 0.05;
 constexpr double kGainMin = 1e-6;
@@ -85,7 +88,8 @@ void SortAndDropRepeats(std::vector<VertexId>& nodes) {
 
 }  // namespace
 
-void Mender::Start() {
+void Mender::Start(std::uint32_t warm_since) {
+  state_.warm_since = warm_since;
   if (!permissions_.move) return;
   std::vector<VertexId> nodes(state_.waiting.begin() + static_cast<std::ptrdiff_t>(state_.next),
                               state_.waiting.end());
@@ -157,7 +161,14 @@ void Mender::AddCornersOf(TriangleId triangle, std::vector<VertexId>& nodes) con
 
 bool Mender::IsBad(TriangleId triangle) const {
   const auto& v = mesh_.triangle(triangle).vertices;
-  return MeritOf(CornerAt(mesh_, v[0]), CornerAt(mesh_, v[1]), CornerAt(mesh_, v[2])) < 1;
+  const double merit = MeritOf(CornerAt(mesh_, v[0]), CornerAt(mesh_, v[1]), CornerAt(mesh_, v[2]));
+  return merit < 1 ||
+         (merit < kWarmMerit && std::ranges::any_of(v, [&](VertexId c) { return IsWarm(c); }));
+}
+
+bool Mender::IsWarm(VertexId node) const {
+  const VisitState& visit = mesh_.vertex(node).visit;
+  return visit.epoch >= state_.warm_since && !visit.cold;
 }
 
 bool Mender::HasBadTriangle() const {

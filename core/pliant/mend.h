@@ -26,6 +26,10 @@ namespace pliant {
 /// search; an edge is swapped where that lessens the sum over its two triangles. Triangles of merit
 /// 1.1 have no say, so that good nodes stay where the loop has put them.
 ///
+/// Where the metric has just changed, mending asks for a merit of 1.03: what is only just good
+/// enough would be bad again as soon as an update far away lets one of its nodes make a last,
+/// short step, and mending would answer to a metric that did not change.
+///
 /// Ends: the sum of the shortfalls over the mesh is finite and not negative, and every change
 /// lessens it by at least `kGainMin`; only a change makes other nodes wait.
 ///
@@ -38,8 +42,10 @@ class Mender {
 
   /// Looks for bad triangles and lets their vertices wait for a visit: before the first commit
   /// everywhere, after it at the vertices that have changed since the last one.
+  /// @param warm_since the epoch of the update: nodes that have been visited since, and are not
+  /// cold, are those whose metric has changed
   /// @par Cost O(changed); before the first commit O(mesh)
-  void Start();
+  void Start(std::uint32_t warm_since);
 
   [[nodiscard]] bool done() const { return state_.next == state_.waiting.size(); }
   [[nodiscard]] std::size_t waiting_count() const { return state_.waiting.size() - state_.next; }
@@ -58,6 +64,7 @@ class Mender {
   /// Nodes are visited in rounds, each in ascending order of slot: the next round has the vertices
   /// of triangles that a visit changed and that are still bad.
   struct State {
+    std::uint32_t warm_since = 0;
     std::vector<VertexId> moved;  // Since the last TakeMoved.
     std::vector<VertexId> waiting;
     std::size_t next = 0;
@@ -70,6 +77,7 @@ class Mender {
 
  private:
   [[nodiscard]] bool IsBad(TriangleId triangle) const;
+  [[nodiscard]] bool IsWarm(VertexId node) const;
   /// Sum of the shortfalls of the star's triangles with its center at `position`.
   [[nodiscard]] double StarShortfall(Vec2 position, const Metric& metric) const;
   [[nodiscard]] bool HasBadTriangle() const;

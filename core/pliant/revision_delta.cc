@@ -223,6 +223,7 @@ void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer) {
   writer.Put(state.settings.age_cooling);
   writer.Put(state.settings.age_max);
   writer.Put(static_cast<std::uint8_t>(state.mending));
+  writer.Put(state.mender.warm_since);
   PutNodes(state.mender.moved, writer);
   PutNodes(std::span(state.mender.waiting).subspan(state.mender.next), writer);
   PutNodes(state.mender.next_round, writer);
@@ -253,6 +254,7 @@ PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots) {
   const auto mending = reader.Take<std::uint8_t>();
   if (mending > static_cast<std::uint8_t>(PliantLoop::Mending::kDone)) reader.Fail();
   state.mending = static_cast<PliantLoop::Mending>(mending);
+  state.mender.warm_since = reader.Take<std::uint32_t>();
   state.mender.moved = TakeNodes(reader, vertex_slots);
   state.mender.waiting = TakeNodes(reader, vertex_slots);
   state.mender.next_round = TakeNodes(reader, vertex_slots);

@@ -81,13 +81,13 @@ TEST_P(FixedPoint, NoNodeStartsAnAvalanche) {
 
 TEST_P(FixedPoint, OnePercentOfTheNodesStayAmongThemselves) {
   FinishedMesh mesh(GetParam().make(GetParam().node_count));
-  for (std::uint64_t seed = 0; seed < 5; ++seed) {
+  for (std::uint64_t seed = 0; seed < 20; ++seed) {
     Rng rng(seed);
     std::vector<VertexId> nodes;
     for (std::int32_t v = 0; v < mesh.vertex_count(); ++v) {
       if (rng.Unit() < 0.01) nodes.emplace_back(v);
     }
-    EXPECT_LE(mesh.VisitsAfterRevisiting(nodes), static_cast<std::int64_t>(nodes.size() * 13 / 10))
+    EXPECT_LE(mesh.VisitsAfterRevisiting(nodes), static_cast<std::int64_t>(nodes.size() * 11 / 10))
         << "seed " << seed;
   }
 }
