@@ -16,6 +16,7 @@ LoopCounts& LoopCounts::operator+=(const LoopCounts& other) {
   cooled += other.cooled;
   mended += other.mended;
   refused_at_limit += other.refused_at_limit;
+  refused_by_allowance += other.refused_by_allowance;
   return *this;
 }
 

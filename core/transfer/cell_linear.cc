@@ -28,6 +28,32 @@ std::vector<TriangleId> NeighborsOf(const OldMesh& old, TriangleId id) {
   return found;
 }
 
+/// Adds the triangles that follow one around a corner, until a boundary or until that one comes
+/// again. @return true if it came
+bool AddFan(const OldMesh& old, TriangleId start, VertexId corner, int (*turn)(int),
+            std::vector<TriangleId>& found) {
+  TriangleId at = start;
+  while (true) {
+    const TriangleRecord& record = old.triangle(at);
+    const auto here = std::ranges::find(record.vertices, corner) - record.vertices.begin();
+    at = record.neighbors[static_cast<std::size_t>(turn(static_cast<int>(here)))];
+    if (!at.valid() || at == start) return at.valid();
+    found.push_back(at);
+  }
+}
+
+/// The old triangles that share a vertex with one, besides that one; some of them twice. At a
+/// vertex where the mesh is pinched only its own fan counts.
+std::vector<TriangleId> CornerNeighborsOf(const OldMesh& old, TriangleId id) {
+  std::vector<TriangleId> found;
+  for (const VertexId corner : old.triangle(id).vertices) {
+    if (!AddFan(old, id, corner, &NextCorner, found)) {
+      (void)AddFan(old, id, corner, &PreviousCorner, found);
+    }
+  }
+  return found;
+}
+
 /// Weights of neighbours' differences: value(at) = value(id) + sum_k weight_k (value_k -
 /// value(id)).
 std::vector<double> ReconstructionWeights(const OldMesh& old, TriangleId id,
@@ -58,6 +84,19 @@ std::vector<double> ReconstructionWeights(const OldMesh& old, TriangleId id,
   return weights;
 }
 
+/// A value cut to those of a triangle and its neighbours. [ParkYoonKim2010]
+double Bounded(double value, const Field& field, std::size_t column, TriangleId id,
+               std::span<const TriangleId> neighbors) {
+  double low = field.row(id.index())[column];
+  double high = low;
+  for (const TriangleId neighbor : neighbors) {
+    const double other = field.row(neighbor.index())[column];
+    low = std::min(low, other);
+    high = std::max(high, other);
+  }
+  return std::clamp(value, low, high);
+}
+
 }  // namespace
 
 FieldRows TransferCells(const OldMesh& old, const TouchedRegion& region,
@@ -69,19 +108,17 @@ FieldRows TransferCells(const OldMesh& old, const TouchedRegion& region,
     const TriangleId id = region.before.triangle_ids[static_cast<std::size_t>(location.triangle)];
     const std::vector<TriangleId> neighbors = NeighborsOf(old, id);
     const std::vector<double> weights = ReconstructionWeights(old, id, neighbors, center);
+    const bool bounded = field.transfer == TransferKind::kBounded;
+    const std::vector<TriangleId> bounds =
+        bounded ? CornerNeighborsOf(old, id) : std::vector<TriangleId>{};
     result.slots.push_back(region.after.triangle_ids[t].value());
     for (std::size_t column = 0; column < field.column_count; ++column) {
       const double own = field.row(id.index())[column];
-      double low = own;
-      double high = own;
       double value = own;
       for (std::size_t k = 0; k < neighbors.size(); ++k) {
-        const double other = field.row(neighbors[k].index())[column];
-        low = std::min(low, other);
-        high = std::max(high, other);
-        value += weights[k] * (other - own);
+        value += weights[k] * (field.row(neighbors[k].index())[column] - own);
       }
-      if (field.transfer == TransferKind::kBounded) value = std::clamp(value, low, high);
+      if (bounded) value = Bounded(value, field, column, id, bounds);
       result.values.push_back(value);
     }
   }

@@ -69,6 +69,19 @@ TEST(CutEars, CoversRandomSimplePolygons) {
   }
 }
 
+// Goal: the cost of a deletion is bounded: a polygon of 250 corners is cut, one of 251 is refused.
+TEST(CutEars, RefusesPolygonsOfManyCorners) {
+  for (const std::size_t n : {250U, 251U}) {
+    std::vector<Vec2> corners;
+    for (std::size_t i = 0; i < n; ++i) {
+      const double angle = 6.28 * static_cast<double>(i) / static_cast<double>(n);
+      corners.push_back({std::cos(angle), std::sin(angle)});
+    }
+    const auto made = PolygonMesh(corners);
+    EXPECT_EQ(CutEars(made->mesh, Ids(n), Metric::Isotropic(1), 0).has_value(), n == 250);
+  }
+}
+
 TEST(CutEars, CutsTheBestShapedEarInTheMetricFirst) {
   const std::vector<Vec2> square{{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   const auto made = PolygonMesh(square);

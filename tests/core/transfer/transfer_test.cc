@@ -132,19 +132,16 @@ double ErrorAfterUpdate(double size, FieldLocation location, TransferKind kind) 
 }
 
 // Goal: halving the size divides the error by 4: nodal fields, and cells that are reconstructed;
-// by 2 for cells that are averaged; by something in between for bounded cells.
+// by 2 for cells that are averaged.
 TEST(Transfer, ConvergesAtTheOrderOfItsKind) {
   for (const FieldLocation location : kLocations) {
     for (const TransferKind kind : kKinds) {
-      const double order = std::log2(ErrorAfterUpdate(0.06, location, kind) /
-                                     ErrorAfterUpdate(0.015, location, kind)) /
+      const double order = std::log2(ErrorAfterUpdate(0.08, location, kind) /
+                                     ErrorAfterUpdate(0.02, location, kind)) /
                            2;
       const bool averaged =
           location == FieldLocation::kTriangle && kind == TransferKind::kConservative;
-      // Bounded cells are cut at extrema and along the boundary, where the outermost centroid has
-      // neighbours on one side only.
-      const bool cut = location == FieldLocation::kTriangle && kind == TransferKind::kBounded;
-      EXPECT_GT(order, averaged ? 0.9 : (cut ? 1.0 : 1.8))
+      EXPECT_GT(order, averaged ? 0.9 : 1.8)
           << "location " << static_cast<int>(location) << " kind " << static_cast<int>(kind);
     }
   }
