@@ -8,42 +8,42 @@
 namespace pliant {
 
 void ExpressionProgram::Push(double constant) {
-  Append({.code = Code::kConstant, .constant = constant}, 0);
+  Append({.code = Operator::kConstant, .constant = constant}, 0);
 }
 
 void ExpressionProgram::Apply(Operator op) {
-  // The operators stand in Code in the same order, one place later.
-  const Code code = static_cast<Code>(static_cast<int>(op) + 1);
-  static_assert(static_cast<int>(Code::kNot) == static_cast<int>(Operator::kNot) + 1);
-  const bool is_variable = code <= Code::kT;
-  const bool is_unary = code == Code::kNegate || code == Code::kNot;
+  PLIANT_CHECK(op <= Operator::kNot);
+  const bool is_variable = op <= Operator::kT;
+  const bool is_unary = op == Operator::kNegate || op == Operator::kNot;
 
   // A constant exponent chooses its method once: Power would find the same one at every call.
-  const bool follows_constant = code_.size() > barrier_ && code_.back().code == Code::kConstant;
-  if (code == Code::kPower && follows_constant && depth_ >= 2) {
+  const bool follows_constant = code_.size() > barrier_ && code_.back().code == Operator::kConstant;
+  if (op == Operator::kPower && follows_constant && depth_ >= 2) {
     const double exponent = code_.back().constant;
     if (exponent == std::floor(exponent) && std::abs(exponent) <= 64) {
       code_.pop_back();
       --depth_;
       const auto operand = static_cast<std::int32_t>(exponent);
-      Append({.code = operand == 2 ? Code::kSquare : Code::kIntegerPower, .operand = operand}, 1);
+      Append(
+          {.code = operand == 2 ? Operator::kSquare : Operator::kIntegerPower, .operand = operand},
+          1);
       return;
     }
   }
-  Append({.code = code}, is_variable ? 0 : is_unary ? 1 : 2);
+  Append({.code = op}, is_variable ? 0 : is_unary ? 1 : 2);
 }
 
 void ExpressionProgram::Call(const MathFunction& function, int argument_count) {
-  Code code = Code::kCallFold;
+  Operator code = Operator::kCallFold;
   int expected = argument_count;
   if (function.unary != nullptr) {
-    code = Code::kCallUnary;
+    code = Operator::kCallUnary;
     expected = 1;
   } else if (function.binary != nullptr) {
-    code = Code::kCallBinary;
+    code = Operator::kCallBinary;
     expected = 2;
   } else if (function.ternary != nullptr) {
-    code = Code::kCallTernary;
+    code = Operator::kCallTernary;
     expected = 3;
   }
   if (argument_count != expected || argument_count < 1) valid_ = false;
@@ -51,7 +51,7 @@ void ExpressionProgram::Call(const MathFunction& function, int argument_count) {
 }
 
 void ExpressionProgram::If() {
-  Append({.code = Code::kJumpIfZero}, 1);
+  Append({.code = Operator::kJumpIfZero}, 1);
   --depth_;
   branches_.push_back({.jump = code_.size() - 1, .depth = depth_, .in_else = false});
   barrier_ = code_.size();
@@ -61,7 +61,7 @@ void ExpressionProgram::Else() {
   if (!CloseBranch(false)) return;
   Branch& branch = branches_.back();
   // The jump over the else branch stands before the place where the condition's jump lands.
-  code_.push_back({.code = Code::kJump});
+  code_.push_back({.code = Operator::kJump});
   code_[branch.jump].operand = static_cast<std::int32_t>(code_.size());
   branch.jump = code_.size() - 1;
   branch.in_else = true;
@@ -89,7 +89,7 @@ void ExpressionProgram::Append(Instruction instruction, int popped) {
   depth_ += 1 - popped;
   if (depth_ > kDepthMax) valid_ = false;
   code_.push_back(instruction);
-  if (valid_ && popped > 0 && instruction.code != Code::kJumpIfZero) FoldConstants(popped);
+  if (valid_ && popped > 0 && instruction.code != Operator::kJumpIfZero) FoldConstants(popped);
 }
 
 /// Replaces the last instruction by its value if its arguments are the constants before it. The
@@ -99,11 +99,11 @@ void ExpressionProgram::FoldConstants(int argument_count) {
   if (code_.size() < barrier_ + length) return;
   const std::span<const Instruction> tail = std::span(code_).last(length);
   for (const Instruction& argument : tail.first(length - 1)) {
-    if (argument.code != Code::kConstant) return;
+    if (argument.code != Operator::kConstant) return;
   }
   const double value = Run(tail, {}, 0);
   code_.resize(code_.size() - length);
-  code_.push_back({.code = Code::kConstant, .constant = value});
+  code_.push_back({.code = Operator::kConstant, .constant = value});
 }
 
 /// Checks that the branch just ended left exactly one number.
@@ -130,35 +130,35 @@ double ExpressionProgram::Run(std::span<const Instruction> code, Vec2 p, double 
   for (const Instruction* i = begin; i != end; ++i) {
     switch (i->code) {
       // clang-format off
-      case Code::kConstant: *below++ = top; top = i->constant; break;
-      case Code::kX: *below++ = top; top = p.x; break;
-      case Code::kY: *below++ = top; top = p.y; break;
-      case Code::kT: *below++ = top; top = t; break;
-      case Code::kAdd: top = *--below + top; break;
-      case Code::kSubtract: top = *--below - top; break;
-      case Code::kMultiply: top = *--below * top; break;
-      case Code::kDivide: top = *--below / top; break;
-      case Code::kPower: top = Power(*--below, top); break;
-      case Code::kLess: top = *--below < top ? 1 : 0; break;
-      case Code::kLessEqual: top = *--below <= top ? 1 : 0; break;
-      case Code::kGreater: top = *--below > top ? 1 : 0; break;
-      case Code::kGreaterEqual: top = *--below >= top ? 1 : 0; break;
-      case Code::kEqual: top = *--below == top ? 1 : 0; break;
-      case Code::kNotEqual: top = *--below != top ? 1 : 0; break;
-      case Code::kAnd: --below; top = *below != 0 && top != 0 ? 1 : 0; break;
-      case Code::kOr: --below; top = *below != 0 || top != 0 ? 1 : 0; break;
-      case Code::kNegate: top = -top; break;
-      case Code::kNot: top = top == 0 ? 1 : 0; break;
-      case Code::kSquare: top = top * top; break;
-      case Code::kIntegerPower: top = IntegerPower(top, i->operand); break;
-      case Code::kCallUnary: top = i->function->unary(top); break;
-      case Code::kCallBinary: top = i->function->binary(*--below, top); break;
+      case Operator::kConstant: *below++ = top; top = i->constant; break;
+      case Operator::kX: *below++ = top; top = p.x; break;
+      case Operator::kY: *below++ = top; top = p.y; break;
+      case Operator::kT: *below++ = top; top = t; break;
+      case Operator::kAdd: top = *--below + top; break;
+      case Operator::kSubtract: top = *--below - top; break;
+      case Operator::kMultiply: top = *--below * top; break;
+      case Operator::kDivide: top = *--below / top; break;
+      case Operator::kPower: top = Power(*--below, top); break;
+      case Operator::kLess: top = *--below < top ? 1 : 0; break;
+      case Operator::kLessEqual: top = *--below <= top ? 1 : 0; break;
+      case Operator::kGreater: top = *--below > top ? 1 : 0; break;
+      case Operator::kGreaterEqual: top = *--below >= top ? 1 : 0; break;
+      case Operator::kEqual: top = *--below == top ? 1 : 0; break;
+      case Operator::kNotEqual: top = *--below != top ? 1 : 0; break;
+      case Operator::kAnd: --below; top = *below != 0 && top != 0 ? 1 : 0; break;
+      case Operator::kOr: --below; top = *below != 0 || top != 0 ? 1 : 0; break;
+      case Operator::kNegate: top = -top; break;
+      case Operator::kNot: top = top == 0 ? 1 : 0; break;
+      case Operator::kSquare: top = top * top; break;
+      case Operator::kIntegerPower: top = IntegerPower(top, i->operand); break;
+      case Operator::kCallUnary: top = i->function->unary(top); break;
+      case Operator::kCallBinary: top = i->function->binary(*--below, top); break;
       // clang-format on
-      case Code::kCallTernary:
+      case Operator::kCallTernary:
         below -= 2;
         top = i->function->ternary(below[0], below[1], top);
         break;
-      case Code::kCallFold: {
+      case Operator::kCallFold: {
         const std::int32_t rest = i->operand - 1;
         below -= rest;
         if (rest == 0) break;
@@ -167,13 +167,13 @@ double ExpressionProgram::Run(std::span<const Instruction> code, Vec2 p, double 
         top = i->function->fold(folded, top);
         break;
       }
-      case Code::kJumpIfZero: {
+      case Operator::kJumpIfZero: {
         const double condition = top;
         top = *--below;
         if (condition == 0) i = begin + i->operand - 1;
         break;
       }
-      case Code::kJump:
+      case Operator::kJump:
         i = begin + i->operand - 1;
         break;
     }

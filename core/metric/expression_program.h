@@ -18,7 +18,8 @@ namespace pliant {
 /// *Threads*: Evaluate from as many as you like.
 class ExpressionProgram {
  public:
-  /// A variable, or an operator that takes its arguments from the stack.
+  /// What one step of a program does: first the variables, and the operators that take their
+  /// arguments from the stack, for Apply; then what the other functions make.
   enum class Operator : std::uint8_t {
     kX,
     kY,
@@ -38,6 +39,15 @@ class ExpressionProgram {
     kOr,
     kNegate,
     kNot,
+    kConstant,
+    kSquare,
+    kIntegerPower,
+    kCallUnary,
+    kCallBinary,
+    kCallTernary,
+    kCallFold,
+    kJumpIfZero,
+    kJump,
   };
 
   /// Most numbers on the stack: bounds the scratch memory of Evaluate.
@@ -46,6 +56,7 @@ class ExpressionProgram {
   // The tape in the order of reverse Polish notation. `condition ? a : b` is: condition, If(), a,
   // Else(), b, EndIf().
   void Push(double constant);
+  /// @pre op <= Operator::kNot
   void Apply(Operator op);
   void Call(const MathFunction& function, int argument_count);
   void If();
@@ -59,37 +70,8 @@ class ExpressionProgram {
   [[nodiscard]] double Evaluate(Vec2 p, double t) const;
 
  private:
-  enum class Code : std::uint8_t {
-    kConstant,
-    kX,
-    kY,
-    kT,
-    kAdd,
-    kSubtract,
-    kMultiply,
-    kDivide,
-    kPower,
-    kLess,
-    kLessEqual,
-    kGreater,
-    kGreaterEqual,
-    kEqual,
-    kNotEqual,
-    kAnd,
-    kOr,
-    kNegate,
-    kNot,
-    kSquare,
-    kIntegerPower,
-    kCallUnary,
-    kCallBinary,
-    kCallTernary,
-    kCallFold,
-    kJumpIfZero,
-    kJump,
-  };
   struct Instruction {
-    Code code;
+    Operator code;
     std::int32_t operand = 0;  ///< Count of arguments, exponent, or index of the jump's target.
     double constant = 0;
     const MathFunction* function = nullptr;
