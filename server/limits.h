@@ -97,6 +97,14 @@ inline constexpr std::size_t kLabelLengthMax = 64;
 inline constexpr std::int32_t kPageSizeMax = 1000;
 inline constexpr std::int32_t kPageSizeDefault = 100;
 
+// Store.
+
+/// Bytes that wait to be written, over all sessions; beyond it workers wait for the disk, which is
+/// then slower than everything they could do.
+inline constexpr std::size_t kStoreQueueBytesMax = std::size_t{256} << 20;
+/// Writes in one transaction: so many share one wait for the disk, and fail together at first.
+inline constexpr std::size_t kStoreGroupMax = 256;
+
 // Shutdown.
 
 /// Time that streams get to take their last messages at shutdown, in ms, unless configured.
