@@ -6,8 +6,9 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/delaunay/cavity.h"
+#include "core/delaunay/overtaken.h"
 #include "core/geometry/predicates.h"
-#include "core/motion/cavity.h"
 #include "core/pliant/remove.h"
 
 namespace pliant {
@@ -27,6 +28,9 @@ constexpr double kHeightLost = 0.5;
 
 /// Triangles below this quality have their edges looked at after a sub-step.
 constexpr double kPoorQuality = 0.4;
+
+/// A sub-step in which a corner goes no further than this, in metric length, may be a leap.
+constexpr double kLeapLength = 20;
 
 /// Cavities grow by a ring of triangles at a time, and not beyond this.
 constexpr int kCavityRingsMax = 12;
@@ -114,11 +118,15 @@ double Advance::RunTo(double limit) {
       low_allowed = false;
       continue;
     }
-    ++report_.rejected_count;
     accepted_in_a_row = 0;
-    TakeBack();
     double longest = 0;
     for (const Spoiled& s : spoiled_) longest = std::max(longest, s.step);
+    if (longest > kShortStep && longest <= kLeapLength && Leap(target)) {
+      at = target;
+      continue;
+    }
+    ++report_.rejected_count;
+    TakeBack();
     if (longest > kShortStep) {
       step = 0.5 * (target - at);
       continue;
@@ -199,15 +207,23 @@ Vec2 Advance::PositionAt(VertexId vertex, double s) const {
 }
 
 void Advance::FindFront() {
-  for (const VertexId vertex : moving_) {
-    const std::int32_t group = GroupOf(vertex);
-    bool alike = group >= 0;
-    for (const TriangleId fan : FansOf(mesh_, vertex)) {
-      if (!alike) break;
-      star_.Gather(mesh_, vertex, fan);
-      for (const VertexId neighbor : star_.ring()) alike = alike && GroupOf(neighbor) == group;
+  std::vector<std::int32_t> groups;
+  groups.reserve(moving_.size());
+  for (const VertexId vertex : moving_) groups.push_back(GroupOf(vertex));
+  const auto group_of = [&](VertexId vertex) {
+    const std::int32_t place = place_of_.At(vertex);
+    return place == PlaceMap::kNone ? kStill : groups[static_cast<std::size_t>(place)];
+  };
+  for (std::size_t place = 0; place < moving_.size(); ++place) {
+    bool alike = groups[place] >= 0;
+    if (alike) {
+      ForEachTriangleAt(moving_[place], [&](TriangleId id) {
+        for (const VertexId corner : mesh_.triangle(id).vertices) {
+          alike = alike && group_of(corner) == groups[place];
+        }
+      });
     }
-    if (!alike) JoinFront(vertex);
+    if (!alike) JoinFront(moving_[place]);
   }
 }
 
@@ -400,6 +416,20 @@ void Advance::SwapPoor() {
   }
 }
 
+bool Advance::Leap(double s) {
+  PlaceRest(s);
+  CheckRest();
+  std::vector<TriangleId> spoiled;
+  for (const Spoiled& one : spoiled_) spoiled.push_back(one.triangle);
+  const SuddenMove move{.before = [&](VertexId vertex) { return PositionBefore(vertex); },
+                        .is_free = [&](VertexId vertex) { return IsFree(vertex); }};
+  for (const Overtaking rule : {Overtaking::kStillGo, Overtaking::kAllGo}) {
+    const std::vector<TriangleId> cavity = OvertakenCavity(mesh_, spoiled, move, rule);
+    if (cavity.size() <= kCavityTrianglesMax && Fill(cavity, s)) return true;
+  }
+  return false;
+}
+
 bool Advance::Retriangulate(double s) {
   PlaceNear(s);
   CheckFront();
@@ -414,37 +444,27 @@ bool Advance::Retriangulate(double s) {
     return true;
   }
   for (int rings = 0; rings < kCavityRingsMax; ++rings) {
-    std::vector<VertexId> corners;
-    for (const TriangleId id : cavity) {
-      const auto& v = mesh_.triangle(id).vertices;
-      corners.insert(corners.end(), v.begin(), v.end());
-    }
-    std::sort(corners.begin(), corners.end());
-    corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-    for (const VertexId vertex : corners) {
-      for (const TriangleId fan : FansOf(mesh_, vertex)) {
-        star_.Gather(mesh_, vertex, fan);
-        cavity.insert(cavity.end(), star_.triangles().begin(), star_.triangles().end());
-      }
-    }
-    std::sort(cavity.begin(), cavity.end());
-    cavity.erase(std::unique(cavity.begin(), cavity.end()), cavity.end());
+    cavity = WithRing(mesh_, std::move(cavity));
     if (cavity.size() > kCavityTrianglesMax) break;
-    const auto filled =
-        RetriangulateCavity(edit_, cavity, [&](VertexId vertex) { return !IsFree(vertex); });
-    if (!filled) continue;
-    ++report_.retriangulate_count;
-    report_.removed_count += static_cast<std::int64_t>(filled->removed.size());
-    for (const VertexId vertex : filled->corners) {
-      JoinFront(vertex);
-      disturbed_.push_back(vertex);
-    }
-    poor_.clear();
-    Accept(s);
-    return true;
+    if (Fill(cavity, s)) return true;
   }
   TakeBack();
   return false;
+}
+
+bool Advance::Fill(const std::vector<TriangleId>& cavity, double s) {
+  const auto filled =
+      RetriangulateCavity(edit_, cavity, [&](VertexId vertex) { return !IsFree(vertex); });
+  if (!filled) return false;
+  ++report_.retriangulate_count;
+  report_.removed_count += static_cast<std::int64_t>(filled->removed.size());
+  for (const VertexId vertex : filled->corners) {
+    JoinFront(vertex);
+    disturbed_.push_back(vertex);
+  }
+  poor_.clear();
+  Accept(s);
+  return true;
 }
 
 void Advance::NoteBlockers() {

@@ -9,19 +9,22 @@
 #include "core/delaunay/metric_flip.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/mesh_edit.h"
+#include "core/mesh/place_map.h"
 #include "core/mesh/star.h"
 #include "core/motion/motion.h"
-#include "core/motion/place_map.h"
 #include "core/motion/plan.h"
 
 namespace pliant {
 
 /// Carries a motion out on the mesh, in sub-steps after each of which every triangle is positive.
 ///
-/// A sub-step that would turn a triangle over, or flatten it, is taken back and tried with half its
-/// length. Once it is short against the wanted edge length, what blocks it is removed: free
-/// vertices in the interior first, then vertices inside segments; then edges are swapped; at last a
-/// cavity is triangulated anew. Triangles that have become poor are swapped after each sub-step.
+/// A sub-step that would turn a triangle over, or flatten it, is a leap if it is no longer than a
+/// few wanted lengths: the vertices that stand still where it leads are dropped, and the cavity
+/// that this leaves is triangulated at the new positions. Where that fails, the sub-step is taken
+/// back and tried with half its length. Once it is short against the wanted edge length, what
+/// blocks it is removed: free vertices in the interior first, then vertices inside segments; then
+/// edges are swapped; at last a cavity of any kind is triangulated anew. Triangles that have become
+/// poor are swapped after each sub-step.
 ///
 /// *Invariants*: between sub-steps the mesh is valid, apart from metrics of moved vertices, which
 /// are still those of where they were.
@@ -86,7 +89,11 @@ class Advance {
   [[nodiscard]] bool StaysPositive(VertexId a, VertexId b, VertexId c, double s) const;
   void Accept(double s);
   void SwapPoor();
+  /// Goes to time s by triangulating anew what lies in the way. @return false, and nothing
+  /// changed, if that does not work
+  bool Leap(double s);
   bool Retriangulate(double s);
+  bool Fill(const std::vector<TriangleId>& cavity, double s);
   void NoteBlockers();
 
   MeshEdit& edit_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <limits>
 #include <queue>
 #include <string>
 #include <tuple>
@@ -11,9 +12,9 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/mesh/place_map.h"
 #include "core/mesh/star.h"
 #include "core/metric/math_functions.h"
-#include "core/motion/place_map.h"
 
 namespace pliant {
 namespace {
@@ -275,21 +276,21 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
   if (request_.follow_length == 0) return;
   // Dijkstra over the edges: every follower moves like the mover that is nearest to it.
   struct Reached {
-    double distance = 0;
+    double distance = std::numeric_limits<double>::infinity();
     bool done = false;
   };
   using Entry = std::tuple<double, VertexId, std::size_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   std::vector<Reached> reached;
   PlaceMap place_of;
+  const auto place = [&](VertexId vertex) {
+    if (place_of.Add(vertex, static_cast<std::int32_t>(reached.size()))) reached.emplace_back();
+    return static_cast<std::size_t>(place_of.At(vertex));
+  };
   const auto reach = [&](double distance, VertexId vertex, std::size_t source) {
-    if (place_of.Add(vertex, static_cast<std::int32_t>(reached.size()))) {
-      reached.push_back({distance, false});
-    } else {
-      Reached& known = reached[static_cast<std::size_t>(place_of.At(vertex))];
-      if (known.done || known.distance <= distance) return;
-      known.distance = distance;
-    }
+    Reached& known = reached[place(vertex)];
+    if (known.done || known.distance <= distance) return;
+    known.distance = distance;
     queue.emplace(distance, vertex, source);
   };
   for (std::size_t i = 0; i < movers_.size(); ++i) {
@@ -325,6 +326,8 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
     for (const TriangleId fan : FansOf(mesh, vertex)) {
       star.Gather(mesh, vertex, fan);
       for (const VertexId neighbor : star.ring()) {
+        // Half of them are; a distance costs more than a look at the table.
+        if (reached[place(neighbor)].done) continue;
         const double next = distance + Distance(record.position, record.metric,
                                                 mesh.position(neighbor), mesh.metric(neighbor));
         if (next <= request_.follow_length) reach(next, neighbor, source);

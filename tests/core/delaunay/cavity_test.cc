@@ -1,4 +1,4 @@
-#include "core/motion/cavity.h"
+#include "core/delaunay/cavity.h"
 
 #include <gtest/gtest.h>
 

@@ -1,4 +1,4 @@
-#include "core/motion/place_map.h"
+#include "core/mesh/place_map.h"
 
 #include <gtest/gtest.h>
 
