@@ -1,20 +1,49 @@
 #include "core/mesh/mesh_rings.h"
 
+#include <algorithm>
+
 namespace pliant {
+
+/// Gathers each fan of a vertex into star_.
+template <class Visit>
+void MeshRings::ForEachFan(VertexId vertex, Visit visit) {
+  if (!mesh_.vertex(vertex).pinched) {
+    star_.Gather(mesh_, vertex);
+    visit();
+    return;
+  }
+  for (const TriangleId fan : FansOf(mesh_, vertex)) {
+    star_.Gather(mesh_, vertex, fan);
+    visit();
+  }
+}
 
 std::span<const std::int32_t> MeshRings::Neighbors(std::int32_t vertex) {
   const VertexId id(vertex);
   ring_.clear();
-  const auto add = [&](TriangleId fan) {
-    star_.Gather(mesh_, id, fan);
+  ForEachFan(id, [&] {
     for (const VertexId neighbor : star_.ring()) ring_.push_back(neighbor.value());
-  };
-  if (mesh_.vertex(id).pinched) {
-    for (const TriangleId fan : FansOf(mesh_, id)) add(fan);
-  } else {
-    add(mesh_.vertex(id).triangle);
-  }
+  });
   return ring_;
+}
+
+double MeshRings::Area(std::int32_t vertex) {
+  const VertexId id(vertex);
+  // Slots in ascending order, so that the sum does not depend on where the fan begins.
+  triangles_.clear();
+  ForEachFan(id, [&] {
+    triangles_.insert(triangles_.end(), star_.triangles().begin(), star_.triangles().end());
+  });
+  std::sort(triangles_.begin(), triangles_.end());
+  double doubled = 0;
+  for (const TriangleId triangle : triangles_) {
+    const int corner = mesh_.CornerOf(triangle, id);
+    const auto& v = mesh_.triangle(triangle).vertices;
+    const Vec2 center = mesh_.position(id);
+    doubled += Cross(mesh_.position(v[static_cast<std::size_t>(NextCorner(corner))]) - center,
+                     mesh_.position(v[static_cast<std::size_t>(PreviousCorner(corner))]) - center);
+  }
+  return doubled / 6;
 }
 
 }  // namespace pliant

@@ -21,10 +21,15 @@ class MeshRings final : public VertexRings {
   }
   /// @pre the vertex is live
   [[nodiscard]] std::span<const std::int32_t> Neighbors(std::int32_t vertex) override;
+  [[nodiscard]] double Area(std::int32_t vertex) override;
 
  private:
+  template <class Visit>
+  void ForEachFan(VertexId vertex, Visit visit);
+
   const Mesh& mesh_;
   Star star_;
+  std::vector<TriangleId> triangles_;
   std::vector<std::int32_t> ring_;
 };
 

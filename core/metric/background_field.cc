@@ -161,7 +161,7 @@ std::unique_ptr<BackgroundField> BackgroundField::Restore(
   return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
 }
 
-Status BackgroundField::Save(ByteWriter& writer, const MetricField* /*known*/) const {
+Status BackgroundField::Save(ByteWriter& writer) const {
   PutFieldKind(SavedFieldKind::kBackground, writer);
   std::vector<double> values;
   values.reserve(3 * logs_.size());
@@ -177,8 +177,7 @@ Status BackgroundField::Save(ByteWriter& writer, const MetricField* /*known*/) c
   return {};
 }
 
-std::size_t BackgroundField::bytes(const MetricField* known) const {
-  if (known == this) return 0;
+std::size_t BackgroundField::bytes() const {
   // Triangles, their neighbours and the boxes of the tree; points, their triangle and logarithms.
   return 100 * locator_.triangles().size() + 44 * logs_.size();
 }
@@ -186,23 +185,6 @@ std::size_t BackgroundField::bytes(const MetricField* known) const {
 Metric BackgroundField::At(Vec2 p, std::int32_t& hint) const {
   const Location location = locator_.Locate(p, hint);
   hint = location.triangle;
-  return ValueAt(location);
-}
-
-std::optional<Metric> BackgroundField::AtInside(Vec2 p, double tolerance) const {
-  const Location location = locator_.Locate(p, 0);  // Any start is near in a small mesh.
-  if (!location.inside) {
-    const auto& corners = locator_.triangles()[static_cast<std::size_t>(location.triangle)];
-    Vec2 nearest;
-    for (std::size_t k = 0; k < 3; ++k) {
-      nearest += location.weights[k] * locator_.points()[static_cast<std::size_t>(corners[k])];
-    }
-    if (!(Length(p - nearest) <= tolerance)) return {};
-  }
-  return ValueAt(location);
-}
-
-Metric BackgroundField::ValueAt(const Location& location) const {
   const auto& corners = locator_.triangles()[static_cast<std::size_t>(location.triangle)];
   LogMetric mean = location.weights[0] * logs_[static_cast<std::size_t>(corners[0])];
   for (std::size_t k = 1; k < 3; ++k) {

@@ -37,17 +37,12 @@ class BackgroundField final : public MetricField {
   /// @par Cost  a walk of a few triangles from a good hint, two exponentials.
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
 
-  [[nodiscard]] Status Save(ByteWriter& writer, const MetricField* known) const override;
-  [[nodiscard]] std::size_t bytes(const MetricField* known) const override;
-
-  /// The value at p if it lies in a triangle, or no further than `tolerance` from one.
-  [[nodiscard]] std::optional<Metric> AtInside(Vec2 p, double tolerance) const;
+  [[nodiscard]] Status Save(ByteWriter& writer) const override;
+  [[nodiscard]] std::size_t bytes() const override;
 
  private:
   BackgroundField(TriangleLocator locator, std::vector<LogMetric> logs)
       : locator_(std::move(locator)), logs_(std::move(logs)) {}
-
-  [[nodiscard]] Metric ValueAt(const Location& location) const;
 
   TriangleLocator locator_;
   std::vector<LogMetric> logs_;

@@ -121,7 +121,7 @@ Status ExpressionField::status() const {
   return {};
 }
 
-Status ExpressionField::Save(ByteWriter& writer, const MetricField* /*known*/) const {
+Status ExpressionField::Save(ByteWriter& writer) const {
   const std::variant<ExpressionMetric, SizeMetric> source = Source();
   if (const auto* tensor = std::get_if<ExpressionMetric>(&source)) {
     PutFieldKind(SavedFieldKind::kTensorExpression, writer);
@@ -139,7 +139,7 @@ Status ExpressionField::Save(ByteWriter& writer, const MetricField* /*known*/) c
   return {};
 }
 
-std::size_t ExpressionField::bytes(const MetricField* /*known*/) const {
+std::size_t ExpressionField::bytes() const {
   constexpr std::size_t kProgramBytes = 2048;  // Three short programs.
   return kProgramBytes;
 }

@@ -29,8 +29,8 @@ class ExpressionField : public MetricField {
 
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const final;
   [[nodiscard]] Status status() const final;
-  [[nodiscard]] Status Save(ByteWriter& writer, const MetricField* known) const final;
-  [[nodiscard]] std::size_t bytes(const MetricField* known) const final;
+  [[nodiscard]] Status Save(ByteWriter& writer) const final;
+  [[nodiscard]] std::size_t bytes() const final;
 
   /// Forgets the error, after a trial at points that may lie outside the domain.
   void ClearStatus() { failed_at_.reset(); }

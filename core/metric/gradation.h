@@ -31,7 +31,15 @@ struct GradationOptions {
   /// at a front of radius r is at most sqrt(rotation * thin * r). 0.7 makes strongly curved fronts
   /// meshable; 0.3 to 1.4 are sensible.
   double rotation = 0;
+  /// Greatest size at a given point of the domain, relative to the shortest input segment there.
+  /// At 1 a short segment is one edge, and growth leads from there to what the metric wants. Needs
+  /// `gradation` to reach beyond the point. LimitMetrics knows no segments and ignores it.
+  double geometry = 0;
 
+  /// True if anything limits.
+  [[nodiscard]] constexpr bool any() const {
+    return gradation != 0 || rotation != 0 || geometry != 0;
+  }
   friend constexpr bool operator==(const GradationOptions&, const GradationOptions&) = default;
 };
 

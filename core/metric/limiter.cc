@@ -24,13 +24,16 @@ MetricLimiter::MetricLimiter(const GradationOptions& options)
   PLIANT_CHECK(options.rotation >= 0, "rotation", options.rotation);
 }
 
-void MetricLimiter::SetRaw(std::int32_t vertex, const Metric& raw) {
+void MetricLimiter::SetRaw(std::int32_t vertex, const Metric& raw, double size_cap) {
   if (Index(vertex) >= rows_.size()) rows_.resize(Index(vertex) + 1);
   Row& row = Mutable(vertex);
   row.is_new = row.is_new || !row.live;
   row.live = true;
   row.raw = raw;
   row.own = SizesFromMetric(raw);
+  row.capped = row.own.wide > size_cap;
+  row.own.thin = std::min(row.own.thin, size_cap);
+  row.own.wide = std::min(row.own.wide, size_cap);
   Touch(vertex);
 }
 
@@ -50,7 +53,7 @@ LimitChanges MetricLimiter::Update(VertexRings& rings) {
   for (const std::int32_t v : near_) LimitOwn(rings, v);
   const std::int64_t settled_before = thin_.settled_count() + wide_.settled_count();
   if (grows_) Grow(rings);
-  LimitChanges changes = Finish();
+  LimitChanges changes = Finish(rings);
   changes.looked_count =
       std::ssize(near_) + thin_.settled_count() + wide_.settled_count() - settled_before;
   for (const std::int32_t v : near_) rows_[Index(v)].near = false;
@@ -93,8 +96,12 @@ void MetricLimiter::Grow(VertexRings& rings) {
   wide_.Settle(wide, [&](std::int32_t v) { Mutable(v); });
 }
 
-LimitChanges MetricLimiter::Finish() {
+LimitChanges MetricLimiter::Finish(VertexRings& rings) {
   LimitChanges changes;
+  for (const std::int32_t v : near_) Measure(rings, v);
+  for (const std::int32_t v : changed_) {
+    if (row(v).live && !row(v).near) Measure(rings, v);
+  }
   std::sort(changed_.begin(), changed_.end());
   for (const std::int32_t v : changed_) {
     Row& row = rows_[Index(v)];
@@ -102,19 +109,36 @@ LimitChanges MetricLimiter::Finish() {
     if (!row.live) continue;
     Count(row, 1);
     changes.vertices.push_back(v);
-    changes.rotation_count += row.rotated() ? 1 : 0;
-    changes.gradation_count += row.graded() ? 1 : 0;
-    if (row.limited() != row.own) {
-      changes.size_ratio_max = std::max(changes.size_ratio_max, SizeRatio(row.own, row.limited()));
-    }
+    const AxisSizes limited = row.limited();
+    if (limited == row.own && !row.capped) continue;
+    const double ratio = SizeRatio(SizesFromMetric(row.raw), limited);
+    if (ratio <= changes.size_ratio_max) continue;
+    changes.size_ratio_max = ratio;
+    changes.worst = v;
   }
   changed_.clear();
   return changes;
 }
 
+/// What a vertex adds to the complexities.
+void MetricLimiter::Measure(VertexRings& rings, std::int32_t v) {
+  const auto rounded = [](double complexity) {
+    // A bound that no sum over a mesh overflows.
+    return static_cast<std::int64_t>(std::min(complexity * 0x1p20, 0x1p50));
+  };
+  const double area = rings.Area(v);
+  const Row& now = row(v);
+  const std::int64_t raw = rounded(area * std::sqrt(Determinant(now.raw)));
+  const std::int64_t limited = rounded(area / (now.label.thin * now.wide));
+  if (now.raw_complexity == raw && now.limited_complexity == limited) return;
+  Row& row = now.changed ? rows_[Index(v)] : Mutable(v);
+  row.raw_complexity = raw;
+  row.limited_complexity = limited;
+}
+
 Metric MetricLimiter::Limited(std::int32_t vertex) const {
   const Row& row = this->row(vertex);
-  return row.limited() == row.own ? row.raw : MetricFromSizes(row.limited());
+  return row.limited() == row.own && !row.capped ? row.raw : MetricFromSizes(row.limited());
 }
 
 void MetricLimiter::Commit() {
@@ -122,14 +146,23 @@ void MetricLimiter::Commit() {
   for (const auto& [v, old] : log_) rows_[Index(v)].logged = false;
   log_.clear();
   committed_size_ = rows_.size();
-  committed_counts_ = counts_;
+  committed_totals_ = totals_;
+}
+
+std::vector<std::pair<std::int32_t, Metric>> MetricLimiter::ChangedRaw() const {
+  std::vector<std::pair<std::int32_t, Metric>> changed;
+  for (const auto& [v, old] : log_) {
+    if (old.live && !(row(v).live && row(v).raw == old.raw)) changed.emplace_back(v, old.raw);
+  }
+  std::ranges::sort(changed, {}, [](const auto& entry) { return entry.first; });
+  return changed;
 }
 
 void MetricLimiter::Rollback() {
   for (const auto& [v, old] : log_) rows_[Index(v)] = old;
   log_.clear();
   rows_.resize(committed_size_);
-  counts_ = committed_counts_;
+  totals_ = committed_totals_;
   touched_.clear();
   changed_.clear();
 }
@@ -137,21 +170,25 @@ void MetricLimiter::Rollback() {
 MetricLimiter::Row& MetricLimiter::Mutable(std::int32_t v) {
   Row& row = rows_[Index(v)];
   if (!row.changed) {
-    if (!row.logged) {
+    // Of rows that the last commit did not have, nothing comes back.
+    if (!row.logged && Index(v) < committed_size_) {
       log_.emplace_back(v, row);
       log_.back().second.near = false;
+      row.logged = true;
     }
     if (row.live) Count(row, -1);
     row.changed = true;
-    row.logged = true;
     changed_.push_back(v);
   }
   return row;
 }
 
 void MetricLimiter::Count(const Row& row, int sign) {
-  if (row.rotated()) counts_.rotation += sign;
-  if (row.graded()) counts_.gradation += sign;
+  if (row.capped) totals_.geometry_count += sign;
+  if (row.rotated()) totals_.rotation_count += sign;
+  if (row.graded()) totals_.gradation_count += sign;
+  totals_.raw_complexity += sign * row.raw_complexity;
+  totals_.limited_complexity += sign * row.limited_complexity;
 }
 
 void MetricLimiter::AddNear(std::int32_t v) {

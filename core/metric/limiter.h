@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <utility>
@@ -22,17 +23,29 @@ class VertexRings {
   /// The vertices that share an edge with `vertex`, in any order. Valid until the next
   /// call.
   [[nodiscard]] virtual std::span<const std::int32_t> Neighbors(std::int32_t vertex) = 0;
+  /// A third of the area of the triangles at `vertex`: its share of the mesh.
+  [[nodiscard]] virtual double Area(std::int32_t vertex) = 0;
+};
+
+/// How a limited metric differs from the raw one, over the whole mesh.
+struct LimitTotals {
+  std::int64_t geometry_count = 0;   ///< Vertices whose size its cap made smaller.
+  std::int64_t rotation_count = 0;   ///< Vertices whose long size the rotation limit shortened.
+  std::int64_t gradation_count = 0;  ///< Vertices that a neighbour's size made finer.
+  /// Integrals of sqrt(det M) in units of 2^-20, the metric taken as constant around each vertex:
+  /// whole numbers, so that a sum which follows its parts has the bits of a new one.
+  std::int64_t raw_complexity = 0;
+  std::int64_t limited_complexity = 0;
+
+  friend bool operator==(const LimitTotals&, const LimitTotals&) = default;
 };
 
 /// What one update of the limits did.
 struct LimitChanges {
   /// Vertices whose limited tensor may have changed, ascending; none that is gone.
   std::vector<std::int32_t> vertices;
-  /// Vertices that the limits look at now and did not before, or the other way round, do not count
-  /// here: these count vertices of `vertices` at which a limit holds now.
-  std::int64_t rotation_count = 0;
-  std::int64_t gradation_count = 0;
-  double size_ratio_max = 1;      ///< Over `vertices`: largest raw / limited size.
+  double size_ratio_max = 1;      ///< Over `vertices`: largest raw size / limited size.
+  std::int32_t worst = -1;        ///< Where that is; -1 if it is 1.
   std::int64_t looked_count = 0;  ///< Work: vertices looked at, and values settled.
 };
 
@@ -46,11 +59,14 @@ struct LimitChanges {
 /// *Threads*: one caller at a time.
 class MetricLimiter {
  public:
+  static constexpr double kNoCap = std::numeric_limits<double>::infinity();
+
   /// @param options  as for LimitMetrics.
   explicit MetricLimiter(const GradationOptions& options);
 
   /// A vertex that is new, or whose raw tensor is another one. Takes effect with Update.
-  void SetRaw(std::int32_t vertex, const Metric& raw);
+  /// @param size_cap  a size that it shall not exceed in any direction, whatever it wants.
+  void SetRaw(std::int32_t vertex, const Metric& raw, double size_cap = kNoCap);
   /// A vertex that moved, or gained or lost neighbours. @pre it has a raw tensor
   void Touch(std::int32_t vertex) { touched_.push_back(vertex); }
   /// A vertex that is gone; its former neighbours must be touched.
@@ -61,14 +77,21 @@ class MetricLimiter {
   /// @par Cost O(changed log changed): about a microsecond per tensor that changes.
   LimitChanges Update(VertexRings& rings);
 
+  [[nodiscard]] bool Has(std::int32_t vertex) const {
+    return static_cast<std::size_t>(vertex) < rows_.size() && row(vertex).live;
+  }
   [[nodiscard]] const Metric& Raw(std::int32_t vertex) const { return row(vertex).raw; }
   [[nodiscard]] Metric Limited(std::int32_t vertex) const;
-  /// Vertices at which the rotation limit, or growth from a neighbour, holds.
-  [[nodiscard]] std::int64_t rotation_count() const { return counts_.rotation; }
-  [[nodiscard]] std::int64_t gradation_count() const { return counts_.gradation; }
+  [[nodiscard]] const LimitTotals& totals() const { return totals_; }
+
+  /// Vertex numbers are below.
+  [[nodiscard]] std::int32_t slot_count() const { return static_cast<std::int32_t>(rows_.size()); }
 
   /// From now on Rollback returns to here. @par Cost O(changed since the last Commit)
   void Commit();
+  /// Raw tensors of the last Commit at vertices that have another one now, or none; ascending.
+  /// @par Cost O(changed since then)
+  [[nodiscard]] std::vector<std::pair<std::int32_t, Metric>> ChangedRaw() const;
   /// Back to the last Commit, to the bit. @par Cost O(changed since then)
   void Rollback();
 
@@ -81,7 +104,10 @@ class MetricLimiter {
     AxisSizes label;       ///< After growth of the thin sizes.
     double cap = 0;        ///< label.wide after the rotation limit.
     double wide = 0;       ///< After growth of the wide sizes.
+    std::int64_t raw_complexity = 0;
+    std::int64_t limited_complexity = 0;
     bool live = false;
+    bool capped = false;   ///< `own` is finer than `raw`.
     bool is_new = false;   ///< Since the last Update.
     bool changed = false;  ///< In this Update: is in changed_, and not counted.
     bool near = false;     ///< In this Update: is in near_.
@@ -91,10 +117,6 @@ class MetricLimiter {
     [[nodiscard]] AxisSizes limited() const { return {label.thin, wide, label.frame}; }
     [[nodiscard]] bool rotated() const { return base_wide < own.wide || cap < label.wide; }
     [[nodiscard]] bool graded() const { return label.thin < own.thin || wide < cap; }
-  };
-  struct Counts {
-    std::int64_t rotation = 0;
-    std::int64_t gradation = 0;
   };
 
   /// Thin sizes: a label spreads as far as it is the finest, its axes along with it.
@@ -138,6 +160,7 @@ class MetricLimiter {
   /// Writable; the first call since Commit logs what stood there.
   Row& Mutable(std::int32_t v);
   void Count(const Row& row, int sign);
+  void Measure(VertexRings& rings, std::int32_t v);
   /// Which of two passes the rotation limit is for.
   enum class RotationOf { kOwn, kLabel };
   [[nodiscard]] const AxisSizes& SizesFor(RotationOf pass, const Row& row) const {
@@ -148,12 +171,12 @@ class MetricLimiter {
   void AddNearRing(VertexRings& rings, std::int32_t v);
   void LimitOwn(VertexRings& rings, std::int32_t v);
   void Grow(VertexRings& rings);
-  LimitChanges Finish();
+  LimitChanges Finish(VertexRings& rings);
 
   GradationRates rates_;
   bool grows_;
   std::vector<Row> rows_;
-  Counts counts_;
+  LimitTotals totals_;
   std::vector<std::int32_t> touched_;
   std::vector<std::int32_t> changed_;  ///< Rows written since the last Update.
   std::vector<std::int32_t> near_;     ///< Vertices that this Update looks at.
@@ -162,7 +185,7 @@ class MetricLimiter {
 
   std::vector<std::pair<std::int32_t, Row>> log_;
   std::size_t committed_size_ = 0;
-  Counts committed_counts_;
+  LimitTotals committed_totals_;
 };
 
 }  // namespace pliant

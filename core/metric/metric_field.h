@@ -34,20 +34,17 @@ class MetricField {
   [[nodiscard]] virtual Status status() const { return {}; }
 
   /// Writes what the field is made of, so that ReadField (saved_field.h) makes another one that
-  /// answers with the same bits.
-  ///
-  /// @param known  a field that the reader will have at hand; what is shared with it is only named.
-  ///               Null: none.
-  /// Errors: kUnimplemented for a field that cannot be written: one of a caller's own.
-  [[nodiscard]] virtual Status Save(ByteWriter& /*writer*/, const MetricField* /*known*/) const {
+  /// answers with the same bits. Errors: kUnimplemented for a field that cannot be written: one of
+  /// a caller's own.
+  [[nodiscard]] virtual Status Save(ByteWriter& /*writer*/) const {
     return Error{ErrorCode::kUnimplemented,
                  "the session follows a metric field of the caller's own, which has no written "
                  "form; to save it, use an expression, a background mesh or tensors at vertices",
                  "metric"};
   }
 
-  /// What the field takes in memory beyond what it shares with `known`, roughly.
-  [[nodiscard]] virtual std::size_t bytes(const MetricField* /*known*/) const { return 0; }
+  /// What the field takes in memory, roughly.
+  [[nodiscard]] virtual std::size_t bytes() const { return 0; }
 
   static constexpr std::int32_t kNoHint = -1;
 };

@@ -6,7 +6,6 @@
 
 #include "core/metric/background_field.h"
 #include "core/metric/expression_field.h"
-#include "core/metric/overlay_field.h"
 
 namespace pliant {
 namespace {
@@ -75,28 +74,16 @@ std::shared_ptr<MetricField> ReadPlain(ByteReader& reader, SavedFieldKind kind) 
       return ReadSizeExpression(reader);
     case SavedFieldKind::kBackground:
       return ReadBackground(reader);
-    case SavedFieldKind::kOverlay:
-      break;
   }
   return nullptr;
 }
 
 }  // namespace
 
-std::shared_ptr<MetricField> ReadField(ByteReader& reader,
-                                       const std::shared_ptr<MetricField>& known) {
-  const auto kind = static_cast<SavedFieldKind>(reader.Take<std::uint8_t>());
-  std::shared_ptr<MetricField> field = kind == SavedFieldKind::kOverlay
-                                           ? OverlayField::Read(reader, known)
-                                           : ReadPlain(reader, kind);
-  if (!reader.ok()) field = nullptr;
-  if (field == nullptr) reader.Fail();
-  return field;
-}
-
-std::shared_ptr<MetricField> ReadPlainField(ByteReader& reader) {
+std::shared_ptr<MetricField> ReadField(ByteReader& reader) {
   const auto kind = static_cast<SavedFieldKind>(reader.Take<std::uint8_t>());
   std::shared_ptr<MetricField> field = ReadPlain(reader, kind);
+  if (!reader.ok()) field = nullptr;
   if (field == nullptr) reader.Fail();
   return field;
 }

@@ -14,7 +14,6 @@ enum class SavedFieldKind : std::uint8_t {
   kTensorExpression = 1,
   kSizeExpression = 2,
   kBackground = 3,
-  kOverlay = 4,
 };
 
 /// What MetricField::Save of the fields of this library begins with.
@@ -25,13 +24,8 @@ void PutBounds(const SizeBounds& bounds, ByteWriter& writer);
 
 /// The field that MetricField::Save wrote: it answers every question with the same bits.
 ///
-/// @param known  what was known to the writer.
 /// @return the field; null, and the reader fails, where the bytes cannot be one.
 /// @par Cost O(bytes)
-[[nodiscard]] std::shared_ptr<MetricField> ReadField(ByteReader& reader,
-                                                     const std::shared_ptr<MetricField>& known);
-
-/// The same for a field that is not laid over another one.
-[[nodiscard]] std::shared_ptr<MetricField> ReadPlainField(ByteReader& reader);
+[[nodiscard]] std::shared_ptr<MetricField> ReadField(ByteReader& reader);
 
 }  // namespace pliant

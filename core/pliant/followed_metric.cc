@@ -1,32 +1,34 @@
 #include "core/pliant/followed_metric.h"
 
 #include <algorithm>
-#include <cmath>
 #include <sstream>
 #include <string>
 #include <utility>
+#include <variant>
 
 #include "core/mesh/export_mesh.h"
-#include "core/mesh/star.h"
+#include "core/mesh/slot_rows.h"
 #include "core/metric/background_field.h"
-#include "core/metric/overlay_field.h"
+#include "core/pliant/nodal_field.h"
 
 namespace pliant {
 namespace {
+
+/// Passes of the limits in one update, the first before the loop runs.
+constexpr int kLimitRounds = 3;
+
+/// From one vertex in so many on, tensors are followed as a copy of the whole mesh, which answers
+/// faster than a mesh that is changing.
+constexpr std::ptrdiff_t kCopyShare = 8;
+
+/// From one vertex in so many on, limiting everything anew is cheaper than following the changes;
+/// the result is the same.
+constexpr std::size_t kReloadShare = 6;
 
 Error TensorError(ErrorCode code, const char* field, std::size_t index, const std::string& what) {
   return {code, "entry " + std::to_string(index) + " of " + field + " " + what, field,
           static_cast<std::int64_t>(index)};
 }
-
-/// Tensors at few vertices are laid over the field that is there, until the layers have so many
-/// triangles (one part in kOverlayShare of the mesh) or are so many that one new background mesh
-/// is cheaper to ask.
-constexpr std::size_t kOverlayShare = 8;
-constexpr std::size_t kOverlaysMax = 16;
-
-/// Passes of gradation in one update, the first before the loop runs.
-constexpr int kLimitRounds = 3;
 
 Status CheckGradation(const GradationOptions& gradation) {
   const auto check = [](const char* name, double value, double low) -> Status {
@@ -36,48 +38,22 @@ Status CheckGradation(const GradationOptions& gradation) {
     return Error{ErrorCode::kOutOfRange, message.str(), std::string("metric.") + name};
   };
   PLIANT_RETURN_IF_ERROR(check("gradation", gradation.gradation, 1));
-  return check("rotation", gradation.rotation, 0.1);
+  PLIANT_RETURN_IF_ERROR(check("rotation", gradation.rotation, 0.1));
+  return check("geometry", gradation.geometry, 0.1);
 }
 
-/// The triangles at some vertices as a background mesh: the given tensors there, the mesh's own at
-/// the rim. @par Cost O(k log k) for k vertices
-BackgroundMetric TensorsAround(const Mesh& mesh, std::span<const VertexId> vertices,
-                               std::span<const Metric> tensors) {
-  std::vector<TriangleId> triangles;
-  Star star;
-  for (const VertexId vertex : vertices) {
-    for (const TriangleId fan : FansOf(mesh, vertex)) {
-      star.Gather(mesh, vertex, fan);
-      triangles.insert(triangles.end(), star.triangles().begin(), star.triangles().end());
-    }
-  }
-  std::sort(triangles.begin(), triangles.end());
-  triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
-  std::vector<VertexId> corners;
-  for (const TriangleId id : triangles) {
-    const auto& v = mesh.triangle(id).vertices;
-    corners.insert(corners.end(), v.begin(), v.end());
-  }
-  std::sort(corners.begin(), corners.end());
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-
-  const auto dense = [&](VertexId vertex) {
-    return static_cast<std::int32_t>(std::lower_bound(corners.begin(), corners.end(), vertex) -
-                                     corners.begin());
-  };
-  BackgroundMetric around;
-  for (const VertexId vertex : corners) {
-    around.mesh.points.push_back(mesh.position(vertex));
-    around.tensors.push_back(mesh.metric(vertex));
-  }
-  for (const TriangleId id : triangles) {
-    const auto& v = mesh.triangle(id).vertices;
-    around.mesh.triangles.push_back({dense(v[0]), dense(v[1]), dense(v[2])});
-  }
+/// Refuses a vertex that is named twice.
+Status CheckDuplicates(std::span<const VertexId> vertices) {
+  if (std::ranges::adjacent_find(vertices, std::greater_equal()) == vertices.end()) return {};
+  SlotRows<char> seen;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    around.tensors[static_cast<std::size_t>(dense(vertices[i]))] = tensors[i];
+    if (seen.Find(vertices[i].value()) != nullptr) {
+      return TensorError(ErrorCode::kDuplicateId, "metric.vertex_ids", i,
+                         "names vertex " + std::to_string(vertices[i].value()) + " a second time");
+    }
+    seen.Insert(vertices[i].value(), 0);
   }
-  return around;
+  return {};
 }
 
 }  // namespace
@@ -93,18 +69,6 @@ std::vector<VertexId> LiveVertices(const Mesh& mesh) {
 
 Status FollowedMetric::Check(const MetricSpec& spec) { return CheckGradation(spec.gradation); }
 
-void FollowedMetric::Follow(std::shared_ptr<MetricField> field, const MetricSpec* spec) {
-  state_.raw = std::move(field);
-  state_.limited = state_.raw;
-  state_.spec.reset();
-  state_.bounds = spec == nullptr ? SizeBounds{} : spec->bounds;
-  state_.gradation = spec == nullptr ? GradationOptions{} : spec->gradation;
-  if (spec != nullptr && !std::holds_alternative<BackgroundMetric>(spec->source)) {
-    state_.spec = *spec;
-  }
-  state_.limit_rounds_left = limits() ? kLimitRounds : 0;
-}
-
 Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
                                     std::span<const Metric> tensors) const {
   if (vertices.size() != tensors.size()) {
@@ -113,19 +77,12 @@ Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
                      std::to_string(vertices.size()) + " vertices; send one for each",
                  "metric.tensors"};
   }
-  std::vector<bool> seen(static_cast<std::size_t>(mesh_.vertex_slots()), false);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const VertexId vertex = vertices[i];
-    if (!mesh_.IsLive(vertex)) {
+    if (!mesh_.IsLive(vertices[i])) {
       return TensorError(
           ErrorCode::kIndexOutOfRange, "metric.vertex_ids", i,
-          "is " + std::to_string(vertex.value()) + ", which is no vertex of this revision");
+          "is " + std::to_string(vertices[i].value()) + ", which is no vertex of this revision");
     }
-    if (seen[vertex.index()]) {
-      return TensorError(ErrorCode::kDuplicateId, "metric.vertex_ids", i,
-                         "names vertex " + std::to_string(vertex.value()) + " a second time");
-    }
-    seen[vertex.index()] = true;
     if (!IsFinite(tensors[i])) {
       return TensorError(ErrorCode::kNotFinite, "metric.tensors", i, "is NaN or infinite");
     }
@@ -134,89 +91,264 @@ Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
                          "is not positive definite; m11, m22 and m11 m22 - m12^2 must be > 0");
     }
   }
-  return {};
+  return CheckDuplicates(vertices);
+}
+
+Result<WantedTensors> FollowedMetric::Evaluate(const MetricField& field) {
+  WantedTensors wanted{LiveVertices(mesh_), {}};
+  wanted.tensors.reserve(wanted.vertices.size());
+  for (const VertexId vertex : wanted.vertices) {
+    wanted.tensors.push_back(field.At(mesh_.position(vertex), edit_.Hint(vertex)));
+  }
+  PLIANT_RETURN_IF_ERROR(field.status());
+  return wanted;
+}
+
+void FollowedMetric::Take(std::shared_ptr<MetricField> field, const MetricSpec* spec) {
+  state_.source = std::move(field);
+  state_.spec.reset();
+  state_.bounds = spec == nullptr ? SizeBounds{} : spec->bounds;
+  state_.limits = spec == nullptr ? GradationOptions{} : spec->gradation;
+  if (spec != nullptr && !std::holds_alternative<BackgroundMetric>(spec->source)) {
+    state_.spec = *spec;
+  }
+  field_ = state_.source;
+}
+
+void FollowedMetric::Follow(std::shared_ptr<MetricField> field, const MetricSpec* spec) {
+  Take(std::move(field), spec);
+  limits_.TurnOff();
+  state_.limit_rounds_left = state_.limits.any() ? kLimitRounds : 0;
+}
+
+Result<WantedTensors> FollowedMetric::SetField(std::shared_ptr<MetricField> field,
+                                               const MetricSpec* spec, WantedTensors raw) {
+  const GradationOptions old_limits = state_.limits;
+  Take(std::move(field), spec);
+  state_.limit_rounds_left = state_.limits.any() ? kLimitRounds : 0;
+  if (!state_.limits.any()) {
+    limits_.TurnOff();
+    return raw;
+  }
+  if (!committed()) return Limit();
+  --state_.limit_rounds_left;
+  std::vector<std::size_t> others;
+  if (limits_.on() && old_limits == state_.limits) {
+    limits_.Follow(*base_, *state_.source);
+    for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
+      if (limits_.Raw(raw.vertices[i]) != raw.tensors[i]) others.push_back(i);
+    }
+    if (kReloadShare * others.size() <= raw.vertices.size()) {
+      for (const std::size_t i : others) limits_.SetRaw(raw.vertices[i], raw.tensors[i]);
+      return LayLimits();
+    }
+  }
+  limits_.Load(state_.limits, raw.vertices, raw.tensors);
+  return LayLimits();
 }
 
 Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> vertices,
                                                  std::span<const Metric> tensors) {
-  WantedTensors wanted;
-  wanted.tensors.reserve(tensors.size());
+  const bool has_raw = limits_.on() && committed();
+  if (has_raw) limits_.Follow(*base_, *RawField());
+  std::vector<Metric> bounded;
+  bounded.reserve(tensors.size());
   bool same = true;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    wanted.tensors.push_back(Bound(tensors[i], state_.bounds));
-    same = same && !Differs(RawMetric(vertices[i]), wanted.tensors.back());
+    const Metric& old = has_raw ? limits_.Raw(vertices[i]) : mesh_.metric(vertices[i]);
+    bounded.push_back(Bound(tensors[i], state_.bounds));
+    same = same && !Differs(old, bounded.back());
   }
-  if (same) return WantedTensors{};
-  PLIANT_ASSIGN_OR_RETURN(state_.raw, FieldWith(vertices, wanted.tensors));
-  state_.spec.reset();
-  if (limits()) {
-    state_.limit_rounds_left = kLimitRounds;
-    return Limit();
-  }
-  state_.limited = state_.raw;
-  wanted.vertices.assign(vertices.begin(), vertices.end());
-  return wanted;
+  if (has_raw) return same ? LayLimits() : LimitTensors(vertices, bounded);
+  if (same && !state_.limits.any()) return WantedTensors{};
+  WantedTensors wanted = FollowTensors(vertices, bounded);
+  if (!state_.limits.any()) return wanted;
+  state_.limit_rounds_left = kLimitRounds;
+  return Limit();
 }
 
 Result<WantedTensors> FollowedMetric::Carry(std::span<const VertexId> vertices,
                                             std::span<const Metric> tensors) {
-  PLIANT_ASSIGN_OR_RETURN(state_.raw, FieldWith(vertices, tensors));
-  state_.spec.reset();
-  if (limits()) {
-    state_.limit_rounds_left = kLimitRounds;
-    return Limit();
+  const std::vector<Metric> given(tensors.begin(), tensors.end());
+  if (limits_.on() && committed()) {
+    limits_.Follow(*base_, *RawField());
+    return LimitTensors(vertices, given);
   }
-  state_.limited = state_.raw;
-  return WantedTensors{};
+  (void)FollowTensors(vertices, given);
+  if (!state_.limits.any()) return WantedTensors{};
+  state_.limit_rounds_left = kLimitRounds;
+  return Limit();
 }
 
-/// The raw metric with other tensors at some vertices: laid over it if they are few, else as one
-/// background mesh.
-Result<std::shared_ptr<MetricField>> FollowedMetric::FieldWith(std::span<const VertexId> vertices,
-                                                               std::span<const Metric> tensors) {
-  const auto* overlay = dynamic_cast<const OverlayField*>(state_.raw.get());
-  const std::size_t laid_count = overlay == nullptr ? 0 : overlay->triangle_count();
-  const bool few = kOverlayShare * (laid_count + 6 * vertices.size()) <
-                   static_cast<std::size_t>(mesh_.triangle_count());
-  if (few && (overlay == nullptr || overlay->layer_count() < kOverlaysMax) && !limits()) {
-    PLIANT_ASSIGN_OR_RETURN(
-        std::shared_ptr<MetricField> laid,
-        OverlayField::Lay(state_.raw, TensorsAround(mesh_, vertices, tensors), state_.bounds));
-    return laid;
-  }
-  const std::vector<VertexId> all = LiveVertices(mesh_);
-  BackgroundMetric background{ExportMesh(mesh_).data, {}};
-  background.tensors.reserve(all.size());
-  for (const VertexId vertex : all) background.tensors.push_back(RawMetric(vertex));
+/// Vertices want other tensors. Those within the tolerance stay, so that many small changes add up
+/// and are seen at last. @pre the limits know the mesh as it is
+WantedTensors FollowedMetric::LimitTensors(std::span<const VertexId> vertices,
+                                           const std::vector<Metric>& tensors) {
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    const auto dense = std::lower_bound(all.begin(), all.end(), vertices[i]) - all.begin();
-    background.tensors[static_cast<std::size_t>(dense)] = tensors[i];
+    if (Differs(limits_.Raw(vertices[i]), tensors[i])) limits_.SetRaw(vertices[i], tensors[i]);
   }
-  PLIANT_ASSIGN_OR_RETURN(std::shared_ptr<MetricField> whole,
-                          BackgroundField::Make(background, state_.bounds));
-  return whole;
+  state_.source = nullptr;
+  state_.spec.reset();
+  state_.limit_rounds_left = kLimitRounds - 1;
+  return LayLimits();
 }
 
-/// The metric as it was sent, at a vertex.
-Metric FollowedMetric::RawMetric(VertexId vertex) {
-  if (!limits()) return mesh_.metric(vertex);
-  return state_.raw->At(mesh_.position(vertex), edit_.Hint(vertex));
+/// Tensors at some vertices, and at the others what they have.
+WantedTensors FollowedMetric::FollowTensors(std::span<const VertexId> vertices,
+                                            const std::vector<Metric>& tensors) {
+  WantedTensors wanted{{vertices.begin(), vertices.end()}, tensors};
+  state_.spec.reset();
+  if (committed()) {
+    state_.source = nullptr;
+    base_ = std::make_shared<FrozenMesh>(edit_);
+    FollowMesh(wanted);
+    return wanted;
+  }
+  // Before the first commit nothing is logged: a copy, as a background mesh.
+  WantedTensors sent = Evaluate(*state_.source).value();
+  const auto row = [&](VertexId vertex) {
+    return std::ranges::lower_bound(sent.vertices, vertex) - sent.vertices.begin();
+  };
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    sent.tensors[static_cast<std::size_t>(row(vertices[i]))] = tensors[i];
+  }
+  state_.source = CopyOf(sent.tensors);
+  field_ = state_.source;
+  return wanted;
+}
+
+/// From now on the field is that of the mesh's tensors as they are, and of others at some vertices.
+void FollowedMetric::FollowMesh(const WantedTensors& others) {
+  if (kCopyShare * std::ssize(others.vertices) > mesh_.vertex_count()) {
+    field_ = CopyWith(others);
+    return;
+  }
+  for (std::size_t i = 0; i < others.vertices.size(); ++i) {
+    base_->SetMetric(others.vertices[i], others.tensors[i]);
+  }
+  field_ = std::make_shared<NodalField>(base_);
+}
+
+/// The tensors of all vertices as a background mesh. @par Cost O(mesh)
+std::shared_ptr<MetricField> FollowedMetric::CopyWith(const WantedTensors& others) const {
+  std::vector<std::size_t> row_of(static_cast<std::size_t>(mesh_.vertex_slots()));
+  std::vector<Metric> tensors;
+  for (const VertexId vertex : LiveVertices(mesh_)) {
+    row_of[vertex.index()] = tensors.size();
+    tensors.push_back(mesh_.metric(vertex));
+  }
+  for (std::size_t i = 0; i < others.vertices.size(); ++i) {
+    tensors[row_of[others.vertices[i].index()]] = others.tensors[i];
+  }
+  return CopyOf(std::move(tensors));
+}
+
+/// The mesh as a background mesh with these tensors. The mesh is valid, and so are they.
+std::shared_ptr<MetricField> FollowedMetric::CopyOf(std::vector<Metric> tensors) const {
+  return BackgroundField::Make({ExportMesh(mesh_).data, std::move(tensors)}, {}).value();
 }
 
 Result<WantedTensors> FollowedMetric::Limit() {
   --state_.limit_rounds_left;
-  ExportedMesh exported = ExportMesh(mesh_);
-  std::vector<Metric> raw;
-  raw.reserve(exported.vertex_ids.size());
-  for (const VertexId vertex : exported.vertex_ids) raw.push_back(RawMetric(vertex));
-  PLIANT_RETURN_IF_ERROR(state_.raw->status());
-  const auto count = static_cast<std::int32_t>(raw.size());
-  LimitedMetrics limited = LimitMetrics(GraphOfTriangles(exported.data.triangles, count),
-                                        exported.data.points, raw, state_.gradation);
-  WantedTensors wanted{std::move(exported.vertex_ids), limited.tensors};
-  const BackgroundMetric background{std::move(exported.data), std::move(limited.tensors)};
-  PLIANT_ASSIGN_OR_RETURN(state_.limited, BackgroundField::Make(background, {}));
+  if (!limits_.on() || !committed()) return LimitAnew();
+  limits_.Follow(*base_, *RawField());
+  PLIANT_RETURN_IF_ERROR(status());
+  return LayLimits();
+}
+
+/// Lays limits on the whole mesh. @pre the metric has a source
+Result<WantedTensors> FollowedMetric::LimitAnew() {
+  PLIANT_RETURN_IF_ERROR(LoadLimits());
+  return LayLimits();
+}
+
+Status FollowedMetric::LoadLimits() {
+  PLIANT_CHECK(state_.source != nullptr);
+  PLIANT_ASSIGN_OR_RETURN(const WantedTensors raw, Evaluate(*state_.source));
+  limits_.Load(state_.limits, raw.vertices, raw.tensors);
+  return {};
+}
+
+/// Lays the limits that the limiter has been told of.
+WantedTensors FollowedMetric::LayLimits() {
+  WantedTensors wanted = limits_.Update();
+  if (committed()) base_ = std::make_shared<FrozenMesh>(edit_);
+  if (as_sent()) {
+    field_ = state_.source;
+  } else if (committed()) {
+    FollowMesh(wanted);
+  } else {
+    field_ = CopyWith(wanted);
+  }
   return wanted;
+}
+
+Result<WantedTensors> FollowedMetric::Settle() {
+  if (!state_.limits.any()) return WantedTensors{};
+  if (committed()) {
+    limits_.Follow(*base_, *RawField());
+    PLIANT_RETURN_IF_ERROR(status());
+  } else {
+    PLIANT_RETURN_IF_ERROR(LoadLimits());
+  }
+  return limits_.Update();
+}
+
+RawTensors FollowedMetric::AfterCommit() {
+  RawTensors undo = limits_.Commit();
+  FollowCommitted();
+  return undo;
+}
+
+/// The mesh of the commit becomes what the metric lives on.
+void FollowedMetric::FollowCommitted() {
+  base_ = std::make_shared<FrozenMesh>(edit_);
+  if (as_sent()) {
+    field_ = state_.source;
+  } else {
+    field_ = std::make_shared<NodalField>(base_);
+  }
+}
+
+void FollowedMetric::BeforeTrial() {
+  if (base_ != nullptr) base_->CatchUp();
+}
+
+void FollowedMetric::AfterTrial() {
+  if (base_ != nullptr) base_->LogWasEmptied();
+}
+
+void FollowedMetric::MeshMoved() {
+  if (limits_.on()) state_.limit_rounds_left = kLimitRounds - 1;
+}
+
+void FollowedMetric::Rollback(const State& committed) {
+  state_ = committed;
+  limits_.Rollback();
+  FollowCommitted();
+}
+
+RawTensors FollowedMetric::GoTo(const State& state, const RawTensors& raw,
+                                std::span<const VertexId> touched) {
+  const bool follows = limits_.on() && state.limits == state_.limits && !raw.all;
+  state_ = state;
+  if (!state_.limits.any()) {
+    limits_.TurnOff();
+  } else {
+    if (follows) {
+      limits_.Apply(raw, touched);
+    } else {
+      limits_.Load(state_.limits, raw.vertices, raw.tensors);
+    }
+    (void)limits_.Update();
+  }
+  return AfterCommit();
+}
+
+std::shared_ptr<const MetricField> FollowedMetric::RawField() const {
+  if (state_.source != nullptr) return state_.source;
+  if (!limits_.on()) return field_;
+  return limits_.RawField(base_);
 }
 
 }  // namespace pliant

@@ -7,45 +7,47 @@
 
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/mesh/frozen_mesh.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/metric/gradation.h"
 #include "core/metric/metric.h"
 #include "core/metric/metric_field.h"
 #include "core/metric/metric_spec.h"
+#include "core/pliant/mesh_limits.h"
 
 namespace pliant {
-
-/// Tensors that vertices shall have; Remesher wakes those that differ by more than the tolerance.
-struct WantedTensors {
-  std::vector<VertexId> vertices;
-  std::vector<Metric> tensors;  ///< One for each vertex.
-};
 
 /// Live vertices in ascending order of slot, for a request that names none. @par Cost O(mesh)
 [[nodiscard]] std::vector<VertexId> LiveVertices(const Mesh& mesh);
 
 /// The metric that a session follows: as it was sent, and limited.
 ///
+/// A formula, a background mesh or a field of the caller's own is asked as it is. Once tensors at
+/// vertices are sent, and wherever limits hold, the metric lives at the vertices of the mesh
+/// itself, as it was when the update began (FrozenMesh): an update of k tensors copies k tensors.
+/// With every commit the mesh of that moment takes its place, so that a committed metric is known
+/// from the mesh, from what was sent (State) and from what vertices wanted before limits
+/// (RawTensors).
+///
 /// Reads the mesh and moves hints, but changes nothing of it: what vertices shall have comes back
 /// as WantedTensors.
-/// *Invariants*: `raw()` and `field()` answer at any time for the mesh as it was when they were
-/// set; they are never changed afterwards, only replaced.
-/// *Threads*: one caller at a time.
+/// *Invariants*: field() answers for the mesh as it was when it was set, whatever has become of it.
+/// Limits are those of a full run over the raw tensors, to the bit.
+/// *Threads*: one caller at a time; field() too, unless it was sent as it is.
 class FollowedMetric {
  public:
-  /// All that decides later answers; a copy shares the fields, which do not change.
+  /// What was sent. A copy shares the field, which does not change.
   struct State {
-    std::shared_ptr<MetricField> raw;      ///< As it was sent, bounds applied.
-    std::shared_ptr<MetricField> limited;  ///< What the loop sees: `raw` without gradation.
-    std::optional<MetricSpec> spec;        ///< What `raw` was made from, if it can be compared.
+    std::shared_ptr<MetricField> source;  ///< Bounds applied; null: tensors at the vertices.
+    std::optional<MetricSpec> spec;       ///< What `source` was made from, if it can be compared.
     SizeBounds bounds;
-    GradationOptions gradation;
+    GradationOptions limits;
     int limit_rounds_left = 0;
   };
 
   /// @param tolerance  Options::metric_tolerance.
   FollowedMetric(MeshEdit& edit, double tolerance)
-      : edit_(edit), mesh_(edit.mesh()), tolerance_(tolerance) {}
+      : edit_(edit), mesh_(edit.mesh()), tolerance_(tolerance), limits_(edit) {}
 
   /// Refuses a specification that names impossible limits; the field is checked when it is made.
   [[nodiscard]] static Status Check(const MetricSpec& spec);
@@ -55,18 +57,27 @@ class FollowedMetric {
     return state_.spec.has_value() && *state_.spec == spec;
   }
 
-  /// Follows another field from now on; until Limit it is followed as it is.
+  /// What a field wants at every vertex, for SetField. @par Cost O(mesh): a formula has to be asked
+  /// at every vertex once, for nobody knows where it changed.
+  [[nodiscard]] Result<WantedTensors> Evaluate(const MetricField& field);
+
+  /// Follows a field from now on, as it is until limits are laid: for the first one of a session.
   /// @param spec  what it was made from, remembered to compare the next one with, unless it has a
   ///              background mesh: that is as large as the mesh, and comparing tensors at the
   ///              vertices finds the same. Null for a field of the caller's own.
   void Follow(std::shared_ptr<MetricField> field, const MetricSpec* spec);
 
+  /// Follows another field from now on, limits laid. @param raw  Evaluate(*field)
+  [[nodiscard]] Result<WantedTensors> SetField(std::shared_ptr<MetricField> field,
+                                               const MetricSpec* spec, WantedTensors raw);
+
   /// Refuses what SetTensors cannot take. Errors: those of Remesher::SetTensors.
   [[nodiscard]] Status CheckTensors(std::span<const VertexId> vertices,
                                     std::span<const Metric> tensors) const;
 
-  /// Other tensors at some vertices from now on, bounds applied. Wants nothing if none differs from
-  /// what is followed. @pre CheckTensors
+  /// Other tensors at some vertices from now on, bounds applied; the others keep theirs. Wants
+  /// nothing if none differs from what is followed. @pre CheckTensors
+  /// @par Cost O(k + changed since the last commit); before the first commit O(mesh)
   [[nodiscard]] Result<WantedTensors> SetTensors(std::span<const VertexId> vertices,
                                                  std::span<const Metric> tensors);
 
@@ -76,36 +87,78 @@ class FollowedMetric {
                                             std::span<const Metric> tensors);
 
   /// Limits the raw metric over the edges of the mesh as it is and follows the result.
-  /// @pre limits_again()
+  /// @pre limits_again() @par Cost O(changed since the last time); before the first commit O(mesh)
   [[nodiscard]] Result<WantedTensors> Limit();
 
   /// True while the metric is to be limited on the mesh that the loop has made of it: that of
   /// before may be too coarse to know the metric.
   [[nodiscard]] bool limits_again() const { return state_.limit_rounds_left > 0; }
+  /// No more rounds in this update: nothing woke.
+  void EndRounds() { state_.limit_rounds_left = 0; }
+
+  /// Before MeshEdit::Commit: lays the limits on the mesh that is about to be committed. What comes
+  /// back is to be taken over without waking anybody.
+  [[nodiscard]] Result<WantedTensors> Settle();
+  /// After MeshEdit::Commit. @return what leads back to the commit before, besides State.
+  RawTensors AfterCommit();
+  /// Around MeshEdit::BeginTrial and the Keep or Undo that ends it.
+  void BeforeTrial();
+  void AfterTrial();
+  /// The mesh was changed by something else than the loop: limits are laid again after it.
+  void MeshMoved();
+
+  /// Back to the last commit. @pre MeshEdit::Rollback was called
+  void Rollback(const State& committed);
+  /// To another commit, which the mesh already has gone to.
+  /// @param touched  vertices that differ from those of the commit before, or whose neighbours do.
+  /// @return what leads back to the commit before, besides State.
+  RawTensors GoTo(const State& state, const RawTensors& raw, std::span<const VertexId> touched);
 
   /// True if a tensor is another one than a vertex has, by more than the tolerance.
   [[nodiscard]] bool Differs(const Metric& old, const Metric& now) const {
     return !(now == old) && RelativeChange(old, now) > tolerance_;
   }
 
-  [[nodiscard]] const std::shared_ptr<MetricField>& raw() const { return state_.raw; }
-  [[nodiscard]] const MetricField& field() const { return *state_.limited; }
-
+  /// What the loop sees.
+  [[nodiscard]] const MetricField& field() const { return *field_; }
+  [[nodiscard]] const std::shared_ptr<MetricField>& shared_field() const { return field_; }
+  /// The metric as it was sent, bounds applied, without limits; good until the next update.
+  [[nodiscard]] std::shared_ptr<const MetricField> RawField() const;
+  /// The first question since the field was sent that it had no usable answer to.
+  [[nodiscard]] Status status() const {
+    return state_.source == nullptr ? Status() : state_.source->status();
+  }
+  [[nodiscard]] const MeshLimits& limits() const { return limits_; }
   [[nodiscard]] const State& state() const { return state_; }
-  void Restore(const State& state) { state_ = state; }
 
  private:
-  [[nodiscard]] bool limits() const {
-    return state_.gradation.gradation != 0 || state_.gradation.rotation != 0;
+  [[nodiscard]] bool committed() const { return edit_.committed() != Revision::kNone; }
+  /// True if the loop sees what was sent: also where limits are laid but change nothing.
+  [[nodiscard]] bool as_sent() const {
+    return state_.source != nullptr && !(limits_.on() && limits_.limits_anything());
   }
-  [[nodiscard]] Metric RawMetric(VertexId vertex);
-  [[nodiscard]] Result<std::shared_ptr<MetricField>> FieldWith(std::span<const VertexId> vertices,
-                                                               std::span<const Metric> tensors);
+  void Take(std::shared_ptr<MetricField> field, const MetricSpec* spec);
+  [[nodiscard]] WantedTensors FollowTensors(std::span<const VertexId> vertices,
+                                            const std::vector<Metric>& tensors);
+  [[nodiscard]] WantedTensors LimitTensors(std::span<const VertexId> vertices,
+                                           const std::vector<Metric>& tensors);
+  [[nodiscard]] Status LoadLimits();
+  [[nodiscard]] Result<WantedTensors> LimitAnew();
+  [[nodiscard]] WantedTensors LayLimits();
+  void FollowMesh(const WantedTensors& others);
+  void FollowCommitted();
+  [[nodiscard]] std::shared_ptr<MetricField> CopyWith(const WantedTensors& others) const;
+  [[nodiscard]] std::shared_ptr<MetricField> CopyOf(std::vector<Metric> tensors) const;
 
   MeshEdit& edit_;
   const Mesh& mesh_;
   const double tolerance_;
   State state_;
+  MeshLimits limits_;
+  std::shared_ptr<MetricField> field_;
+  /// The mesh of the last commit or Update of the limits, whichever came later; from the first
+  /// commit on.
+  std::shared_ptr<FrozenMesh> base_;
 };
 
 }  // namespace pliant

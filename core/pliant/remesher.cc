@@ -42,7 +42,7 @@ Remesher::Impl::Impl(SavedSession snapshot)
       revision_(snapshot.revision),
       committed_{std::move(snapshot.metric), std::move(snapshot.loop), snapshot.fields} {
   edit_.Restore(std::move(snapshot.mesh), revision_);
-  followed_.Restore(committed_.followed);
+  (void)followed_.GoTo(committed_.followed, snapshot.raw, {});
   loop_.Restore(committed_.loop);
   RestoreFields();
 }
@@ -136,6 +136,8 @@ Result<RevisionDelta> Remesher::ReadDelta(std::span<const std::byte> bytes) cons
 }
 const Mesh& Remesher::mesh() const { return impl_->mesh(); }
 const MetricField& Remesher::field() const { return impl_->field(); }
+std::shared_ptr<const MetricField> Remesher::raw_field() const { return impl_->raw_field(); }
+const MetricReport& Remesher::metric_report() const { return impl_->metric_report(); }
 bool Remesher::building() const { return impl_->building(); }
 Revision Remesher::revision() const { return impl_->revision(); }
 const Options& Remesher::options() const { return impl_->options(); }

@@ -17,6 +17,7 @@
 #include "core/metric/metric_spec.h"
 #include "core/pliant/loop.h"
 #include "core/pliant/mesh_change.h"
+#include "core/pliant/metric_report.h"
 #include "core/pliant/nested_build.h"
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"
@@ -31,6 +32,7 @@ struct Progress {
   StopReason stop_reason = StopReason::kConverged;
   std::int64_t active_count = 0;  ///< Nodes that still wait for a visit.
   LoopCounts counts;
+  MetricReport metric;  ///< What limits made of the metric when they were laid last.
 };
 
 /// One persistent mesh that follows a metric: the engine of a session.
@@ -78,13 +80,12 @@ class Remesher {
   /// The same for a field of the caller's own; no two are ever equal.
   Status SetField(std::unique_ptr<MetricField> field);
 
-  /// New tensors at some vertices. Over the triangles at them the metric is interpolated, on the
-  /// mesh as it is now, between these and the tensors that the other vertices have; elsewhere it
-  /// stays what it was. An empty `vertices` means all live vertices in
-  /// ascending order of slot. Errors: kArrayLength, kIndexOutOfRange (not a live vertex),
-  /// kDuplicateId, kNotFinite, kNotPositiveDefinite; index = position in the given span.
-  /// @par Cost O(k log k) for few of many vertices, but for one update in sixteen or so, which
-  ///           gathers the pieces: O(mesh).
+  /// New tensors at some vertices; the others keep the tensors that they have, and in between the
+  /// metric is interpolated on the mesh as it is now. With every commit, the tensors of the mesh of
+  /// that moment become the metric. An empty `vertices` means all live vertices in ascending order
+  /// of slot. Errors: kArrayLength, kIndexOutOfRange (not a live vertex), kDuplicateId, kNotFinite,
+  /// kNotPositiveDefinite; index = position in the given span.
+  /// @par Cost O(k + changed since the last commit); before the first commit O(mesh)
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors);
 
   /// Who helps from now on with large work: the first build of a large mesh. No executor changes
@@ -164,8 +165,13 @@ class Remesher {
   [[nodiscard]] Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes) const;
 
   [[nodiscard]] const Mesh& mesh() const;
-  /// The metric that the mesh follows, limits applied.
+  /// The metric that the mesh follows, limits applied; good until the next call that is not const.
+  /// One question at a time, unless it is a formula or a background mesh that nothing limits.
   [[nodiscard]] const MetricField& field() const;
+  /// The metric as it was sent, bounds applied, without limits: to measure the mesh against it.
+  [[nodiscard]] std::shared_ptr<const MetricField> raw_field() const;
+  /// What the limits made of the metric when they were laid last.
+  [[nodiscard]] const MetricReport& metric_report() const;
   /// The first mesh is being built from coarse to fine: a commit now ends that, and what follows
   /// takes longer.
   [[nodiscard]] bool building() const;

@@ -1,6 +1,8 @@
 // Remesher, the part that makes revisions, goes back to them, and writes and reads them.
 
+#include <algorithm>
 #include <cstdint>
+#include <iterator>
 #include <optional>
 #include <string>
 #include <utility>
@@ -16,6 +18,22 @@ namespace {
 Error NoRevision() {
   return {ErrorCode::kRevisionNotFound, "the session has no revision yet; commit one first",
           "revision"};
+}
+
+/// Vertices whose records a delta writes, or whose raw tensors; ascending.
+std::vector<VertexId> VerticesOf(const RevisionDelta& delta) {
+  std::vector<VertexId> vertices;
+  std::ranges::set_union(delta.raw.vertices, delta.mesh.vertices.ids, std::back_inserter(vertices));
+  return vertices;
+}
+
+/// The corners that the triangles of a delta have now.
+void AddCorners(const MeshDelta& delta, const Mesh& mesh, std::vector<VertexId>& vertices) {
+  for (const TriangleId id : delta.triangles.ids) {
+    if (id.value() >= mesh.triangle_slots() || !mesh.triangle(id).live) continue;
+    const auto& corners = mesh.triangle(id).vertices;
+    vertices.insert(vertices.end(), corners.begin(), corners.end());
+  }
 }
 
 }  // namespace
@@ -36,17 +54,29 @@ MeshDiff Remesher::Impl::CommitAndTransfer() {
 MeshDiff Remesher::Impl::CommitMesh() {
   LeaveNestedBuild();
   PLIANT_CHECK(carriers_.empty() || LetMetricFollow().ok());
-  PLIANT_CHECK(followed_.raw()->status().ok());
+  PLIANT_CHECK(followed_.status().ok());
   if (revision_ == Revision::kNone && numbering_ == Numbering::kClosesGaps) {
     loop_.Renumber(edit_.Compact(helpers_.executor()));
   }
+  SettleMetric();
   previous_revision_ = revision_;
   revision_ = Revision(static_cast<std::int64_t>(revision_) + 1);
   MeshDiff diff = edit_.Commit(revision_, helpers_.executor());
+  undo_raw_ = followed_.AfterCommit();
   loop_.ResetCounts();
   previous_ = std::move(committed_);
   committed_ = {followed_.state(), loop_.Save(), nullptr};
   return diff;
+}
+
+/// The limits on the mesh that is about to be committed. Nobody wakes for them any more.
+void Remesher::Impl::SettleMetric() {
+  const Result<WantedTensors> wanted = followed_.Settle();
+  PLIANT_CHECK(wanted.ok());
+  for (std::size_t i = 0; i < wanted->vertices.size(); ++i) {
+    if (!followed_.Differs(mesh_.metric(wanted->vertices[i]), wanted->tensors[i])) continue;
+    edit_.SetMetric(wanted->vertices[i], wanted->tensors[i]);
+  }
 }
 
 Status Remesher::Impl::SetFields(const FieldUpdate& update) {
@@ -63,7 +93,7 @@ void Remesher::Impl::Rollback() {
   edit_.Rollback();
   fields_.Discard();
   carriers_.clear();
-  followed_.Restore(committed_.followed);
+  followed_.Rollback(committed_.followed);
   loop_.Restore(committed_.loop);
 }
 
@@ -80,17 +110,21 @@ std::optional<RevisionDelta> Remesher::Impl::TakeUndo() {
                        .mesh = *std::move(mesh),
                        .metric = previous_.followed,
                        .base_metric = committed_.followed,
+                       .raw = std::move(undo_raw_),
                        .loop = previous_.loop,
                        .fields = previous_.fields,
                        .base_fields = committed_.fields};
 }
 
 RevisionDelta Remesher::Impl::InverseOf(const RevisionDelta& delta) const {
+  const bool all = delta.raw.all || delta.metric.limits != committed_.followed.limits;
+  const MeshLimits& limits = followed_.limits();
   return {.base = delta.revision,
           .revision = revision_,
           .mesh = edit_.InverseOf(delta.mesh),
           .metric = committed_.followed,
           .base_metric = delta.metric,
+          .raw = all ? limits.All() : limits.At(VerticesOf(delta)),
           .loop = committed_.loop,
           .fields = committed_.fields,
           .base_fields = delta.fields};
@@ -103,10 +137,13 @@ Result<MeshDiff> Remesher::Impl::Apply(const RevisionDelta& delta, Revision revi
     return CorruptData("revision record", "does not lead from revision " +
                                               std::to_string(static_cast<std::int64_t>(revision_)));
   }
+  std::vector<VertexId> touched = VerticesOf(delta);
+  AddCorners(delta.mesh, mesh_, touched);
   MeshDiff diff = edit_.Apply(delta.mesh, revision);
+  AddCorners(delta.mesh, mesh_, touched);
   previous_revision_ = std::exchange(revision_, revision);
   previous_ = std::exchange(committed_, {delta.metric, delta.loop, delta.fields});
-  followed_.Restore(committed_.followed);
+  undo_raw_ = followed_.GoTo(committed_.followed, delta.raw, touched);
   loop_.Restore(committed_.loop);
   RestoreFields();
   if (previous_.fields != committed_.fields) diff.fields = AllFields(previous_.fields);
@@ -125,6 +162,7 @@ Result<Bytes> Remesher::Impl::Save() const {
                         .summary = edit_.summary(),
                         .mesh = mesh_,
                         .metric = committed_.followed,
+                        .raw = followed_.limits().All(),
                         .loop = committed_.loop,
                         .fields = committed_.fields});
 }

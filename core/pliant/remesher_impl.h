@@ -56,6 +56,10 @@ class Remesher::Impl {
   void UseHelpers(const Helpers& helpers) { helpers_ = helpers; }
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] const MetricField& field() const { return followed_.field(); }
+  [[nodiscard]] std::shared_ptr<const MetricField> raw_field() const {
+    return followed_.RawField();
+  }
+  [[nodiscard]] const MetricReport& metric_report() const { return followed_.limits().report(); }
   [[nodiscard]] bool building() const { return nested_.has_value(); }
   [[nodiscard]] Revision revision() const { return revision_; }
   [[nodiscard]] const Options& options() const { return options_; }
@@ -73,10 +77,11 @@ class Remesher::Impl {
   Status Start(std::unique_ptr<MetricField> field, const MetricSpec* spec);
   void LeaveNestedBuild();
   Status LetMetricFollow();
-  Status Limit();
+  Status LimitAgain();
   void Apply(const WantedTensors& wanted);
 
   MeshDiff CommitMesh();
+  void SettleMetric();
   void RestoreFields();
   [[nodiscard]] FieldChanges AllFields(const SharedFields& before) const;
 
@@ -96,6 +101,7 @@ class Remesher::Impl {
   // Of the commit before, for TakeUndo.
   Revision previous_revision_ = Revision::kNone;
   Committed previous_;
+  RawTensors undo_raw_;
 };
 
 }  // namespace pliant

@@ -16,18 +16,17 @@ bool Ended(StopReason reason) {
 
 Status Remesher::Impl::Start(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
   followed_.Follow(std::move(field), spec);
-  MetricField& raw = *followed_.raw();
   if (options_.variant == Variant::kNested && numbering_ == Numbering::kClosesGaps &&
       options_.permissions == Permissions{}) {
-    nested_.emplace(edit_, loop_, followed_.raw(), options_);
+    nested_.emplace(edit_, loop_, followed_.shared_field(), options_);
   } else {
     loop_.BeginUpdate(SettingsOf(options_));
     for (const VertexId vertex : LiveVertices(mesh_)) {
-      edit_.SetMetric(vertex, raw.At(mesh_.position(vertex), edit_.Hint(vertex)));
+      edit_.SetMetric(vertex, followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
       loop_.Wake(vertex);
     }
   }
-  return raw.status();
+  return followed_.status();
 }
 
 Status Remesher::Impl::SetSpec(const MetricSpec& spec) {
@@ -38,16 +37,11 @@ Status Remesher::Impl::SetSpec(const MetricSpec& spec) {
 }
 
 Status Remesher::Impl::SetField(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
-  WantedTensors wanted{LiveVertices(mesh_), {}};
-  wanted.tensors.reserve(wanted.vertices.size());
-  for (const VertexId vertex : wanted.vertices) {
-    wanted.tensors.push_back(field->At(mesh_.position(vertex), edit_.Hint(vertex)));
-  }
-  PLIANT_RETURN_IF_ERROR(field->status());
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors raw, followed_.Evaluate(*field));
   LeaveNestedBuild();
   carriers_.clear();  // Another field replaces what they carried.
-  followed_.Follow(std::move(field), spec);
-  if (followed_.limits_again()) return Limit();
+  PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted,
+                          followed_.SetField(std::move(field), spec, std::move(raw)));
   Apply(wanted);
   return {};
 }
@@ -67,13 +61,17 @@ Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
 Status Remesher::Impl::Change(MeshChange& change) {
   LeaveNestedBuild();
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
+  followed_.BeforeTrial();
   MeshEdit::Trial trial = edit_.BeginTrial();
   Result<MeshChange::Outcome> outcome = change.Apply(edit_);
-  if (!outcome.ok()) {
+  if (outcome.ok()) {
+    edit_.Keep(std::move(trial));
+  } else {
     edit_.Undo(std::move(trial));
-    return outcome.error();
   }
-  edit_.Keep(std::move(trial));
+  followed_.AfterTrial();
+  PLIANT_RETURN_IF_ERROR(outcome);
+  followed_.MeshMoved();
   WantedTensors wanted{std::move(outcome->moved), {}};
   for (const VertexId vertex : wanted.vertices) {
     wanted.tensors.push_back(followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
@@ -93,7 +91,7 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
     const std::int64_t visits_before = loop_.counts().visits;
     progress.stop_reason =
         nested_ ? nested_->Run(budget, helpers_) : loop_.Run(followed_.field(), budget);
-    PLIANT_RETURN_IF_ERROR(followed_.raw()->status());
+    PLIANT_RETURN_IF_ERROR(followed_.status());
     budget.visits_max -= loop_.counts().visits - visits_before;
     if (!Ended(progress.stop_reason)) break;
     if (nested_ && nested_->levels_left() > 0) {
@@ -101,14 +99,14 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
       continue;
     }
     nested_.reset();
-    if (followed_.limits_again()) {
-      PLIANT_RETURN_IF_ERROR(Limit());
-    } else if (!loop_.Mend()) {
-      break;
-    }
+    PLIANT_RETURN_IF_ERROR(LimitAgain());
+    if (loop_.active_count() == 0 && !loop_.Mend()) break;
   }
   progress.active_count = nested_ ? nested_->active_count() : loop_.active_count();
   progress.counts = loop_.counts();
+  progress.metric = followed_.limits().report();
+  // The first commit closes gaps in the numbering.
+  if (revision_ == Revision::kNone) progress.metric.worst = VertexId();
   return progress;
 }
 
@@ -141,11 +139,14 @@ Status Remesher::Impl::LetMetricFollow() {
   return {};
 }
 
-/// Limits the metric on the mesh as it is. Nodes that the raw metric kept busy until they were
-/// old get their visits back: it is another metric now.
-Status Remesher::Impl::Limit() {
+/// The loop has come to rest. Limits the metric on the mesh that it made, as often as that wakes
+/// nodes and rounds are left. Nodes that the metric of before kept busy until they were old get
+/// their visits back: it is another metric now.
+Status Remesher::Impl::LimitAgain() {
+  if (!followed_.limits_again()) return {};
   PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted, followed_.Limit());
   Apply(wanted);
+  if (loop_.active_count() == 0) followed_.EndRounds();
   return {};
 }
 

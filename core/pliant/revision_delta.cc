@@ -13,23 +13,25 @@
 namespace pliant {
 namespace {
 
-constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 1};  // "PLRD"
+constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 2};  // "PLRD"
 constexpr char kDeltaName[] = "revision record";
 
 /// Where a field comes from when it is read.
-enum class FieldOrigin : std::uint8_t { kBase = 0, kRaw = 1, kWritten = 2 };
+enum class FieldOrigin : std::uint8_t { kBase = 0, kVertices = 1, kWritten = 2 };
 
 enum class SpecKind : std::uint8_t { kNone = 0, kTensor = 1, kSize = 2 };
 
 void WriteGradation(const GradationOptions& gradation, ByteWriter& writer) {
   writer.Put(gradation.gradation);
   writer.Put(gradation.rotation);
+  writer.Put(gradation.geometry);
 }
 
 GradationOptions ReadGradation(ByteReader& reader) {
   GradationOptions gradation;
   gradation.gradation = reader.Take<double>();
   gradation.rotation = reader.Take<double>();
+  gradation.geometry = reader.Take<double>();
   return gradation;
 }
 
@@ -73,37 +75,13 @@ std::optional<MetricSpec> ReadSpec(ByteReader& reader) {
   return spec;
 }
 
-Status WriteField(const MetricField& field, FieldOrigin origin, const MetricField* known,
-                  ByteWriter& writer) {
-  writer.Put(static_cast<std::uint8_t>(origin));
-  if (origin != FieldOrigin::kWritten) return {};
-  return field.Save(writer, known);
-}
-
-std::shared_ptr<MetricField> TakeField(ByteReader& reader, const std::shared_ptr<MetricField>& base,
-                                       const std::shared_ptr<MetricField>& raw) {
-  std::shared_ptr<MetricField> field;
-  switch (static_cast<FieldOrigin>(reader.Take<std::uint8_t>())) {
-    case FieldOrigin::kBase:
-      field = base;
-      break;
-    case FieldOrigin::kRaw:
-      field = raw;
-      break;
-    case FieldOrigin::kWritten:
-      field = ReadField(reader, base);
-      break;
-  }
-  if (field == nullptr) reader.Fail();
-  return field;
-}
-
 RevisionDelta MergeTwo(const RevisionDelta& first, const RevisionDelta& second) {
   return {.base = first.base,
           .revision = second.revision,
           .mesh = Merge(first.mesh, second.mesh),
           .metric = second.metric,
           .base_metric = first.base_metric,
+          .raw = Merge(first.raw, second.raw),
           .loop = second.loop,
           .fields = second.fields,
           .base_fields = first.base_fields};
@@ -112,10 +90,10 @@ RevisionDelta MergeTwo(const RevisionDelta& first, const RevisionDelta& second) 
 }  // namespace
 
 std::size_t RevisionDelta::bytes() const {
-  std::size_t bytes = sizeof(RevisionDelta) + mesh.bytes() + loop.queue.size() * sizeof(VertexId);
-  if (metric.raw != base_metric.raw) bytes += metric.raw->bytes(base_metric.raw.get());
-  if (metric.limited != base_metric.limited && metric.limited != metric.raw) {
-    bytes += metric.limited->bytes(base_metric.limited.get());
+  std::size_t bytes =
+      sizeof(RevisionDelta) + mesh.bytes() + raw.bytes() + loop.queue.size() * sizeof(VertexId);
+  if (metric.source != nullptr && metric.source != base_metric.source) {
+    bytes += metric.source->bytes();
   }
   if (fields != base_fields) bytes += BytesOf(fields);
   return bytes;
@@ -134,6 +112,7 @@ Result<Bytes> WriteDelta(const RevisionDelta& delta) {
   writer.Put(static_cast<std::int64_t>(delta.revision));
   WriteMeshDelta(delta.mesh, writer);
   PLIANT_RETURN_IF_ERROR(WriteMetricState(delta.metric, delta.base_metric, writer));
+  WriteRawTensors(delta.raw, writer);
   WriteLoopState(delta.loop, writer);
   const bool same_fields = delta.fields == delta.base_fields;
   writer.Put(static_cast<std::uint8_t>(same_fields ? FieldOrigin::kBase : FieldOrigin::kWritten));
@@ -151,6 +130,7 @@ Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes, const Followed
   delta.revision = Revision(reader.Take<std::int64_t>());
   delta.mesh = ReadMeshDelta(reader);
   delta.metric = ReadMetricState(reader, base);
+  delta.raw = ReadRawTensors(reader);
   delta.base_metric = base;
   delta.loop = ReadLoopState(reader, delta.mesh.vertices.slots);
   delta.base_fields = base_fields;
@@ -165,31 +145,66 @@ Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes, const Followed
 
 Status WriteMetricState(const FollowedMetric::State& state, const FollowedMetric::State& base,
                         ByteWriter& writer) {
-  const bool same_raw = base.raw != nullptr && state.raw == base.raw;
-  PLIANT_RETURN_IF_ERROR(WriteField(
-      *state.raw, same_raw ? FieldOrigin::kBase : FieldOrigin::kWritten, base.raw.get(), writer));
-  const FieldOrigin limited = state.limited == state.raw ? FieldOrigin::kRaw
-                              : base.limited != nullptr && state.limited == base.limited
-                                  ? FieldOrigin::kBase
-                                  : FieldOrigin::kWritten;
-  PLIANT_RETURN_IF_ERROR(WriteField(*state.limited, limited, base.limited.get(), writer));
+  const FieldOrigin origin = state.source == nullptr       ? FieldOrigin::kVertices
+                             : state.source == base.source ? FieldOrigin::kBase
+                                                           : FieldOrigin::kWritten;
+  writer.Put(static_cast<std::uint8_t>(origin));
+  if (origin == FieldOrigin::kWritten) PLIANT_RETURN_IF_ERROR(state.source->Save(writer));
   WriteSpec(state.spec, writer);
   PutBounds(state.bounds, writer);
-  WriteGradation(state.gradation, writer);
+  WriteGradation(state.limits, writer);
   writer.Put(static_cast<std::int32_t>(state.limit_rounds_left));
   return {};
 }
 
 FollowedMetric::State ReadMetricState(ByteReader& reader, const FollowedMetric::State& base) {
   FollowedMetric::State state;
-  state.raw = TakeField(reader, base.raw, nullptr);
-  state.limited = TakeField(reader, base.limited, state.raw);
+  switch (static_cast<FieldOrigin>(reader.Take<std::uint8_t>())) {
+    case FieldOrigin::kBase:
+      state.source = base.source;
+      if (state.source == nullptr) reader.Fail();
+      break;
+    case FieldOrigin::kVertices:
+      break;
+    case FieldOrigin::kWritten:
+      state.source = ReadField(reader);
+      break;
+    default:
+      reader.Fail();
+  }
   state.spec = ReadSpec(reader);
   state.bounds = TakeBounds(reader);
-  state.gradation = ReadGradation(reader);
+  state.limits = ReadGradation(reader);
+  if (!FollowedMetric::Check({.gradation = state.limits}).ok()) reader.Fail();
   state.limit_rounds_left = reader.Take<std::int32_t>();
   if (state.limit_rounds_left < 0 || state.limit_rounds_left > 100) reader.Fail();
   return state;
+}
+
+void WriteRawTensors(const RawTensors& raw, ByteWriter& writer) {
+  writer.Put(static_cast<std::uint8_t>(raw.all ? 1 : 0));
+  std::vector<std::int32_t> slots;
+  std::vector<double> entries;
+  for (const VertexId vertex : raw.vertices) slots.push_back(vertex.value());
+  for (const Metric& m : raw.tensors) entries.insert(entries.end(), {m.m11, m.m12, m.m22});
+  writer.PutColumn(slots);
+  writer.PutColumn(entries);
+}
+
+RawTensors ReadRawTensors(ByteReader& reader) {
+  RawTensors raw;
+  raw.all = reader.Take<std::uint8_t>() != 0;
+  const auto slots = reader.TakeColumn<std::int32_t>();
+  const auto entries = reader.TakeColumn<double>();
+  if (entries.size() != 3 * slots.size()) reader.Fail();
+  for (std::size_t i = 0; i < slots.size() && reader.ok(); ++i) {
+    const Metric tensor{entries[3 * i], entries[3 * i + 1], entries[3 * i + 2]};
+    const bool ascends = slots[i] > (i == 0 ? -1 : slots[i - 1]);
+    if (!ascends || !IsFinite(tensor) || !IsPositiveDefinite(tensor)) reader.Fail();
+    raw.vertices.emplace_back(slots[i]);
+    raw.tensors.push_back(tensor);
+  }
+  return raw;
 }
 
 namespace {

@@ -26,6 +26,7 @@ struct RevisionDelta {
   MeshDelta mesh;
   FollowedMetric::State metric;       ///< At `revision`.
   FollowedMetric::State base_metric;  ///< At `base`: what `metric` may share with it.
+  RawTensors raw;                     ///< At `revision`, where they differ and limits hold.
   PliantLoop::State loop;             ///< At `revision`.
   SharedFields fields;                ///< At `revision`: all values, unless none changed.
   SharedFields base_fields;           ///< At `base`.
@@ -49,6 +50,8 @@ struct RevisionDelta {
                                       const FollowedMetric::State& base, ByteWriter& writer);
 [[nodiscard]] FollowedMetric::State ReadMetricState(ByteReader& reader,
                                                     const FollowedMetric::State& base);
+void WriteRawTensors(const RawTensors& raw, ByteWriter& writer);
+[[nodiscard]] RawTensors ReadRawTensors(ByteReader& reader);
 void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer);
 /// @param vertex_slots  entries of the queue must be below.
 [[nodiscard]] PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots);

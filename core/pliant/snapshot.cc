@@ -10,7 +10,7 @@
 namespace pliant {
 namespace {
 
-constexpr Seal kSnapshotSeal{.kind = 0x53534c50, .version = 1};  // "PLSS"
+constexpr Seal kSnapshotSeal{.kind = 0x53534c50, .version = 2};  // "PLSS"
 constexpr char kSnapshotName[] = "snapshot";
 
 void WriteOptions(const Options& options, ByteWriter& writer) {
@@ -77,6 +77,7 @@ Result<Bytes> WriteSnapshot(const SnapshotParts& parts) {
   WriteSummary(parts.summary, writer);
   WriteMesh(parts.mesh, writer);
   PLIANT_RETURN_IF_ERROR(WriteMetricState(parts.metric, {}, writer));
+  WriteRawTensors(parts.raw, writer);
   WriteLoopState(parts.loop, writer);
   WriteFields(parts.fields, writer);
   return SealBytes(kSnapshotSeal, std::move(writer).Take());
@@ -94,6 +95,7 @@ Result<SavedSession> ReadSnapshot(std::span<const std::byte> bytes) {
   snapshot.summary = ReadSummary(reader);
   snapshot.mesh = ReadMesh(reader);
   snapshot.metric = ReadMetricState(reader, {});
+  snapshot.raw = ReadRawTensors(reader);
   const auto vertex_slots = static_cast<std::int32_t>(snapshot.mesh.vertices.size());
   const auto triangle_slots = static_cast<std::int32_t>(snapshot.mesh.triangles.size());
   snapshot.loop = ReadLoopState(reader, vertex_slots);

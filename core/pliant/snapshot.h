@@ -25,6 +25,7 @@ struct SavedSession {
   MeshSummary summary;
   MeshState mesh;
   FollowedMetric::State metric;
+  RawTensors raw;  ///< Of all vertices, where limits hold.
   PliantLoop::State loop;
   SharedFields fields;
 };
@@ -37,6 +38,7 @@ struct SnapshotParts {
   const MeshSummary& summary;
   const Mesh& mesh;
   const FollowedMetric::State& metric;
+  const RawTensors& raw;
   const PliantLoop::State& loop;
   SharedFields fields;
 };

@@ -45,6 +45,8 @@ MetricSpec RandomSpec(const Mesh& mesh, Rng& rng) {
     }
   }
   if (rng.Below(3) == 0) spec.gradation.gradation = 1.4;
+  if (rng.Below(4) == 0) spec.gradation.rotation = 0.7;
+  if (rng.Below(4) == 0) spec.gradation.geometry = 0.1;
   if (rng.Below(4) == 0) spec.bounds = {.size_min = 0.09, .size_max = 0.25};
   return spec;
 }

@@ -17,6 +17,8 @@ TEST(MeshRings, AreTheEndsOfTheEdgesAtAVertex) {
   EXPECT_THAT(rings.Neighbors(4), UnorderedElementsAre(0, 1, 5, 8, 7, 3));
   EXPECT_THAT(rings.Neighbors(2), UnorderedElementsAre(1, 5));
   EXPECT_EQ(rings.position(5), (Vec2{2, 1}));
+  EXPECT_EQ(rings.Area(4), 1);
+  EXPECT_NEAR(rings.Area(2), 1.0 / 6, 1e-15);
 }
 
 // Two triangles that touch at a point: its ring is that of both.
@@ -28,6 +30,7 @@ TEST(MeshRings, JoinTheFansOfAPinchedVertex) {
   ASSERT_TRUE(made->mesh.vertex(VertexId(0)).pinched);
   MeshRings rings(made->mesh);
   EXPECT_THAT(rings.Neighbors(0), UnorderedElementsAreArray({1, 2, 3, 4}));
+  EXPECT_NEAR(rings.Area(0), 1.0 / 3, 1e-15);
 }
 
 }  // namespace

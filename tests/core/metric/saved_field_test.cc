@@ -13,7 +13,6 @@
 #include "core/metric/background_field.h"
 #include "core/metric/function_field.h"
 #include "core/metric/metric_spec.h"
-#include "core/metric/overlay_field.h"
 #include "tests/support/mesh_testing.h"
 
 namespace pliant {
@@ -34,20 +33,16 @@ BackgroundMetric Tensors(std::int32_t n, double size) {
   return background;
 }
 
-Field Overlaid(const Field& below, double size) {
-  return *OverlayField::Lay(below, Tensors(1, size), {});
-}
-
-Bytes Saved(const MetricField& field, const MetricField* known) {
+Bytes Saved(const MetricField& field) {
   ByteWriter writer;
-  const Status status = field.Save(writer, known);
+  const Status status = field.Save(writer);
   EXPECT_TRUE(status.ok()) << (status.ok() ? "" : status.error().message);
   return std::move(writer).Take();
 }
 
-Field Read(const Bytes& bytes, const Field& known) {
+Field Read(const Bytes& bytes) {
   ByteReader reader(bytes);
-  Field field = ReadField(reader, known);
+  Field field = ReadField(reader);
   EXPECT_TRUE(reader.AtEnd());
   return field;
 }
@@ -70,44 +65,24 @@ std::vector<Field> AllKinds() {
   const MetricSpec tensor{.source = ExpressionMetric{"100 + x^2", "sin(x*y)", "50 + exp(y)"}};
   MetricSpec background{.source = Tensors(4, 0.3)};
   background.bounds.size_min = 0.35;
-  return {FromSpec(size), FromSpec(tensor), FromSpec(background),
-          Overlaid(Overlaid(FromSpec(background), 0.2), 0.1), Overlaid(FromSpec(tensor), 0.4)};
+  return {FromSpec(size), FromSpec(tensor), FromSpec(background)};
 }
 
 TEST(SavedField, AnswersWithTheSameBits) {
   for (const Field& field : AllKinds()) {
-    const Bytes bytes = Saved(*field, nullptr);
-    const Field back = Read(bytes, nullptr);
+    const Bytes bytes = Saved(*field);
+    const Field back = Read(bytes);
     ASSERT_NE(back, nullptr);
     ExpectTheSameBits(*field, *back);
-    EXPECT_EQ(Saved(*back, nullptr), bytes);
-    EXPECT_GT(field->bytes(nullptr), 0U);
+    EXPECT_EQ(Saved(*back), bytes);
+    EXPECT_GT(field->bytes(), 0U);
   }
-}
-
-// Goal: tensors at a few vertices take bytes for a few, however large the field below.
-TEST(SavedField, AnOverlayNamesWhatTheReaderHas) {
-  const Field base = FromSpec({.source = Tensors(40, 0.3)});
-  const Field one = Overlaid(base, 0.2);
-  const Field two = Overlaid(one, 0.1);
-  const Bytes whole = Saved(*two, nullptr);
-  for (const Field& known : {base, one}) {
-    const Bytes bytes = Saved(*two, known.get());
-    EXPECT_LT(bytes.size(), whole.size() / 20);
-    const Field back = Read(bytes, known);
-    ASSERT_NE(back, nullptr);
-    ExpectTheSameBits(*two, *back);
-    EXPECT_EQ(Saved(*back, nullptr), whole);
-    EXPECT_LT(two->bytes(known.get()), two->bytes(nullptr) / 20);
-  }
-  const Field stranger = FromSpec({.source = Tensors(3, 0.3)});
-  EXPECT_EQ(Saved(*two, stranger.get()), whole) << "nothing is shared";
 }
 
 TEST(SavedField, AFieldOfTheCallersOwnIsRefused) {
   const FunctionField own([](Vec2) { return Metric::Isotropic(1); });
   ByteWriter writer;
-  const Status status = own.Save(writer, nullptr);
+  const Status status = own.Save(writer);
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error().code, ErrorCode::kUnimplemented);
   EXPECT_THAT(status.error().message, ::testing::HasSubstr("of the caller's own"));
@@ -115,21 +90,16 @@ TEST(SavedField, AFieldOfTheCallersOwnIsRefused) {
 
 TEST(SavedField, RefusesWhatIsCutOffAndKindsThatAreNone) {
   for (const Field& field : AllKinds()) {
-    const Bytes bytes = Saved(*field, nullptr);
+    const Bytes bytes = Saved(*field);
     for (std::size_t size = 0; size < bytes.size(); ++size) {
       ByteReader reader(std::span<const std::byte>(bytes).first(size));
-      EXPECT_EQ(ReadField(reader, nullptr), nullptr);
+      EXPECT_EQ(ReadField(reader), nullptr);
       EXPECT_FALSE(reader.ok());
     }
   }
   const Bytes unknown{std::byte{77}, std::byte{0}};
   ByteReader reader(unknown);
-  EXPECT_EQ(ReadField(reader, nullptr), nullptr);
-  // An overlay on something that the reader does not have.
-  const Field base = FromSpec({.source = Tensors(3, 0.3)});
-  const Bytes overlay = Saved(*Overlaid(base, 0.2), base.get());
-  ByteReader lost(overlay);
-  EXPECT_EQ(ReadField(lost, nullptr), nullptr);
+  EXPECT_EQ(ReadField(reader), nullptr);
 }
 
 }  // namespace

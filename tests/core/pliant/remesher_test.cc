@@ -446,7 +446,7 @@ TEST(Remesher, GivesTheGoldenHashes) {
   }
 }
 
-// Goal: tensors at a few vertices hold there, and the metric elsewhere keeps its bits; however many
+// Goal: tensors at a few vertices hold there, and the other vertices keep theirs; however many
 // such updates follow each other.
 // Method: 40 updates of one vertex each on a mesh of 3,000 nodes; the field is asked at the given
 // vertex and at the others, before the loop runs.
@@ -459,7 +459,7 @@ TEST(Remesher, TensorsAtFewVerticesLeaveTheFieldElsewhere) {
     const VertexId vertex(100 + 37 * update);
     ASSERT_TRUE(remesher->mesh().IsLive(vertex));
     const Metric finer = 4 * remesher->mesh().metric(vertex);
-    const Vec2 far = -remesher->mesh().position(vertex);
+    const Vec2 far = remesher->mesh().position(VertexId(vertex.value() + 1500));
     std::int32_t hint = MetricField::kNoHint;
     const Metric far_before = remesher->field().At(far, hint);
     ASSERT_TRUE(remesher->SetTensors({&vertex, 1}, {&finer, 1}).ok());
@@ -467,10 +467,7 @@ TEST(Remesher, TensorsAtFewVerticesLeaveTheFieldElsewhere) {
     const Metric there = remesher->field().At(remesher->mesh().position(vertex), hint);
     EXPECT_LT(RelativeChange(finer, there), 1e-7);
     hint = MetricField::kNoHint;
-    // Later the layers are gathered into one background mesh, which is another interpolation.
-    if (update < 10) {
-      EXPECT_EQ(remesher->field().At(far, hint), far_before);
-    }
+    EXPECT_LT(RelativeChange(far_before, remesher->field().At(far, hint)), 1e-7);
     RunToTheEnd(*remesher);
     const MeshDiff diff = remesher->Commit();
     EXPECT_FALSE(diff.empty());

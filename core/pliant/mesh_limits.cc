@@ -1,0 +1,245 @@
+#include "core/pliant/mesh_limits.h"
+
+#include <algorithm>
+#include <array>
+#include <utility>
+
+#include "core/mesh/mesh_rings.h"
+
+namespace pliant {
+namespace {
+
+/// The raw tensors of a limiter's vertices, log-Euclidean in between.
+class RawNodalField final : public MetricField {
+ public:
+  RawNodalField(std::shared_ptr<FrozenMesh> base, std::shared_ptr<const MetricLimiter> limiter)
+      : base_(std::move(base)), limiter_(std::move(limiter)) {}
+
+  [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override {
+    const Location location = base_->Locate(p, hint);
+    hint = location.triangle;
+    const std::array<VertexId, 3> corners = base_->triangle(TriangleId(hint)).vertices;
+    LogMetric mean = location.weights[0] * Log(limiter_->Raw(corners[0].value()));
+    for (std::size_t k = 1; k < 3; ++k) {
+      mean = mean + location.weights[k] * Log(limiter_->Raw(corners[k].value()));
+    }
+    return Exp(mean);
+  }
+
+ private:
+  std::shared_ptr<FrozenMesh> base_;
+  std::shared_ptr<const MetricLimiter> limiter_;
+};
+
+/// Totals are whole numbers of this unit.
+double Complexity(std::int64_t total) { return static_cast<double>(total) * 0x1p-20; }
+
+}  // namespace
+
+RawTensors Merge(const RawTensors& first, const RawTensors& second) {
+  if (second.all) return second;
+  RawTensors merged{.all = first.all, .vertices = {}, .tensors = {}};
+  const auto take = [&](const RawTensors& from, std::size_t& i) {
+    merged.vertices.push_back(from.vertices[i]);
+    merged.tensors.push_back(from.tensors[i]);
+    ++i;
+  };
+  std::size_t i = 0;
+  std::size_t j = 0;
+  while (i < first.vertices.size() || j < second.vertices.size()) {
+    const bool ends = j == second.vertices.size();
+    if (!ends && i < first.vertices.size() && first.vertices[i] == second.vertices[j]) ++i;
+    if (ends || (i < first.vertices.size() && first.vertices[i] < second.vertices[j])) {
+      take(first, i);
+    } else {
+      take(second, j);
+    }
+  }
+  return merged;
+}
+
+void MeshLimits::Load(const GradationOptions& options, std::span<const VertexId> vertices,
+                      std::span<const Metric> tensors) {
+  options_ = options;
+  limiter_ = std::make_shared<MetricLimiter>(options);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (mesh_.IsLive(vertices[i])) SetRaw(vertices[i], tensors[i]);
+  }
+  // Only damaged data that a checksum vouches for leaves a vertex out.
+  for (std::int32_t v = 0; v < mesh_.vertex_slots(); ++v) GiveRaw(VertexId(v));
+}
+
+/// A live vertex that nobody gave a raw tensor wants what it has.
+void MeshLimits::GiveRaw(VertexId vertex) {
+  if (mesh_.IsLive(vertex) && !Has(vertex)) SetRaw(vertex, mesh_.metric(vertex));
+}
+
+void MeshLimits::SetRaw(VertexId vertex, const Metric& raw) {
+  limiter_->SetRaw(vertex.value(), raw, SizeCap(vertex));
+}
+
+template <class Visit>
+void MeshLimits::ForEachSegmentAt(VertexId vertex, Visit visit) const {
+  for (EdgeId id = mesh_.vertex(vertex).edge; id.valid();) {
+    const EdgeRecord& edge = mesh_.edge(id);
+    visit(mesh_.segments()[static_cast<std::size_t>(edge.segment)]);
+    id = edge.next[edge.vertices[0] == vertex ? 0 : 1];
+  }
+}
+
+/// The size that the input segments at a given vertex allow.
+double MeshLimits::SizeCap(VertexId vertex) const {
+  double least = MetricLimiter::kNoCap;
+  if (options_.geometry == 0 || !mesh_.vertex(vertex).fixed) return least;
+  ForEachSegmentAt(vertex, [&](const SegmentRecord& line) {
+    least = std::min(least, Length(mesh_.position(line.b) - mesh_.position(line.a)));
+  });
+  return options_.geometry * least;
+}
+
+/// A given vertex moved or became one: the segments at it have other lengths, for both their ends.
+void MeshLimits::RenewCaps(VertexId vertex) {
+  if (options_.geometry == 0 || !mesh_.vertex(vertex).fixed) return;
+  SetRaw(vertex, Raw(vertex));
+  ForEachSegmentAt(vertex, [&](const SegmentRecord& line) {
+    for (const VertexId end : {line.a, line.b}) {
+      if (end != vertex && Has(end)) SetRaw(end, Raw(end));
+    }
+  });
+}
+
+std::shared_ptr<const MetricField> MeshLimits::RawField(std::shared_ptr<FrozenMesh> base) const {
+  return std::make_shared<RawNodalField>(std::move(base), limiter_);
+}
+
+void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
+  base.CatchUp();
+  // Raw tensors are read before any is written.
+  WantedTensors moved;
+  std::vector<VertexId> fixed;
+  std::vector<VertexId> gone;
+  std::int32_t hint = MetricField::kNoHint;
+  for (const auto& [slot, old] : base.vertices()) {
+    const VertexId vertex(slot);
+    if (!mesh_.IsLive(vertex)) {
+      if (old.live) gone.push_back(vertex);
+      continue;
+    }
+    if (mesh_.vertex(vertex).fixed) fixed.push_back(vertex);
+    if (old.live && old.position == mesh_.position(vertex)) continue;
+    moved.vertices.push_back(vertex);
+    moved.tensors.push_back(raw.At(mesh_.position(vertex), hint));
+  }
+  for (const VertexId vertex : gone) limiter_->Remove(vertex.value());
+  for (std::size_t i = 0; i < moved.vertices.size(); ++i) {
+    SetRaw(moved.vertices[i], moved.tensors[i]);
+  }
+  for (const VertexId vertex : fixed) RenewCaps(vertex);
+  for (const auto& [slot, old] : base.triangles()) {
+    const TriangleId id(slot);
+    const bool is_live = slot < mesh_.triangle_slots() && mesh_.triangle(id).live;
+    if (is_live && old.live && old.vertices == mesh_.triangle(id).vertices) continue;
+    const auto touch = [&](const std::array<VertexId, 3>& corners) {
+      for (const VertexId v : corners) {
+        if (mesh_.IsLive(v)) limiter_->Touch(v.value());
+      }
+    };
+    if (old.live) touch(old.vertices);
+    if (is_live) touch(mesh_.triangle(id).vertices);
+  }
+}
+
+WantedTensors MeshLimits::Update() {
+  MeshRings rings(mesh_);
+  const LimitChanges changes = limiter_->Update(rings);
+  const LimitTotals& totals = limiter_->totals();
+  report_ = {.limits = true,
+             .geometry_count = totals.geometry_count,
+             .rotation_count = totals.rotation_count,
+             .gradation_count = totals.gradation_count,
+             .changed_count = std::ssize(changes.vertices),
+             .size_ratio_max = changes.size_ratio_max,
+             .worst = VertexId(changes.worst),
+             .raw_complexity = Complexity(totals.raw_complexity),
+             .limited_complexity = Complexity(totals.limited_complexity)};
+  WantedTensors wanted;
+  wanted.vertices.reserve(changes.vertices.size());
+  wanted.tensors.reserve(changes.vertices.size());
+  for (const std::int32_t v : changes.vertices) {
+    wanted.vertices.emplace_back(v);
+    wanted.tensors.push_back(limiter_->Limited(v));
+  }
+  return wanted;
+}
+
+RawTensors MeshLimits::Commit() {
+  RawTensors undo;
+  if (limiter_ == committed_) {
+    if (on()) {
+      for (const auto& [v, raw] : limiter_->ChangedRaw()) {
+        undo.vertices.emplace_back(v);
+        undo.tensors.push_back(raw);
+      }
+    }
+  } else {
+    undo.all = true;
+    if (committed_ != nullptr) {
+      committed_->Rollback();
+      limiter_.swap(committed_);
+      undo = All();
+      limiter_.swap(committed_);
+    }
+  }
+  if (on()) limiter_->Commit();
+  if (!on()) report_ = {};
+  committed_ = limiter_;
+  committed_report_ = report_;
+  committed_options_ = options_;
+  return undo;
+}
+
+void MeshLimits::Rollback() {
+  limiter_ = committed_;
+  if (on()) limiter_->Rollback();
+  report_ = committed_report_;
+  options_ = committed_options_;
+}
+
+RawTensors MeshLimits::All() const {
+  RawTensors raw{.all = true, .vertices = {}, .tensors = {}};
+  if (!on()) return raw;
+  for (std::int32_t v = 0; v < limiter_->slot_count(); ++v) {
+    if (!limiter_->Has(v)) continue;
+    raw.vertices.emplace_back(v);
+    raw.tensors.push_back(limiter_->Raw(v));
+  }
+  return raw;
+}
+
+RawTensors MeshLimits::At(std::span<const VertexId> vertices) const {
+  RawTensors raw;
+  if (!on()) return raw;
+  for (const VertexId vertex : vertices) {
+    if (!Has(vertex)) continue;
+    raw.vertices.push_back(vertex);
+    raw.tensors.push_back(Raw(vertex));
+  }
+  return raw;
+}
+
+void MeshLimits::Apply(const RawTensors& raw, std::span<const VertexId> touched) {
+  for (const VertexId vertex : touched) {
+    if (!mesh_.IsLive(vertex) && Has(vertex)) limiter_->Remove(vertex.value());
+  }
+  for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
+    if (mesh_.IsLive(raw.vertices[i])) SetRaw(raw.vertices[i], raw.tensors[i]);
+  }
+  for (const VertexId vertex : touched) GiveRaw(vertex);
+  for (const VertexId vertex : touched) {
+    if (!mesh_.IsLive(vertex)) continue;
+    RenewCaps(vertex);
+    limiter_->Touch(vertex.value());
+  }
+}
+
+}  // namespace pliant

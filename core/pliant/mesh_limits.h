@@ -1,0 +1,109 @@
+#pragma once
+
+#include <memory>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/mesh/frozen_mesh.h"
+#include "core/mesh/mesh_edit.h"
+#include "core/metric/gradation.h"
+#include "core/metric/limiter.h"
+#include "core/metric/metric.h"
+#include "core/metric/metric_field.h"
+#include "core/pliant/metric_report.h"
+
+namespace pliant {
+
+/// Tensors that vertices shall have; Remesher wakes those that differ by more than the tolerance.
+struct WantedTensors {
+  std::vector<VertexId> vertices;
+  std::vector<Metric> tensors;  ///< One for each vertex.
+};
+
+/// Tensors that vertices wanted before any limit: what a way back to a revision needs to know of
+/// its limits. Everything else about them follows from these and the mesh.
+struct RawTensors {
+  bool all = false;  ///< Of every vertex, or else of those where they are to be others.
+  std::vector<VertexId> vertices;  ///< Ascending.
+  std::vector<Metric> tensors;     ///< One for each vertex.
+
+  [[nodiscard]] std::size_t bytes() const {
+    return vertices.size() * sizeof(VertexId) + tensors.size() * sizeof(Metric);
+  }
+};
+
+/// Two of them, one after the other, as one. @par Cost O(first + second)
+[[nodiscard]] RawTensors Merge(const RawTensors& first, const RawTensors& second);
+
+/// The limits on a metric at the vertices of a mesh: size at short segments, gradation, rotation.
+/// Follows the mesh from revision to revision and back, at the cost of what changes.
+///
+/// *Invariants*: after Update the limits are those of a full run over the raw tensors and the mesh
+/// of that moment, to the bit, whatever the way to get there.
+/// *Threads*: one caller at a time.
+class MeshLimits {
+ public:
+  explicit MeshLimits(const MeshEdit& edit) : edit_(edit), mesh_(edit.mesh()) {}
+
+  [[nodiscard]] bool on() const { return limiter_ != nullptr; }
+  void TurnOff() { limiter_ = nullptr; }
+  /// Begins anew with a raw tensor for every vertex. @par Cost O(mesh), and Update too
+  void Load(const GradationOptions& options, std::span<const VertexId> vertices,
+            std::span<const Metric> tensors);
+
+  /// A vertex wants another tensor. Takes effect with Update. @pre on()
+  void SetRaw(VertexId vertex, const Metric& raw);
+  [[nodiscard]] bool Has(VertexId vertex) const { return limiter_->Has(vertex.value()); }
+  [[nodiscard]] const Metric& Raw(VertexId vertex) const { return limiter_->Raw(vertex.value()); }
+  [[nodiscard]] Metric Limited(VertexId vertex) const { return limiter_->Limited(vertex.value()); }
+
+  /// What the raw tensors make of the space between the vertices of `base`, which must be the mesh
+  /// of the last Update; good until the next one.
+  [[nodiscard]] std::shared_ptr<const MetricField> RawField(std::shared_ptr<FrozenMesh> base) const;
+
+  /// Takes note of what has become of the mesh since it was `base`. Vertices that moved or are new
+  /// want the tensor that `raw` has where they are now. Takes effect with Update.
+  /// @par Cost O(changed)
+  void Follow(FrozenMesh& base, const MetricField& raw);
+
+  /// Lays the limits on the mesh as it is now.
+  /// @return the vertices whose limited tensors may be others than before.
+  /// @par Cost O(changed log changed)
+  WantedTensors Update();
+
+  [[nodiscard]] const MetricReport& report() const { return report_; }
+  /// True if any vertex has another tensor than it wanted.
+  [[nodiscard]] bool limits_anything() const { return report_.limits_anything(); }
+
+  /// Makes this what Rollback comes back to. @return what leads back to the commit before.
+  /// @pre nothing happened since Update @par Cost O(changed)
+  RawTensors Commit();
+  void Rollback();
+
+  /// Raw tensors of all vertices, or of some where they have one.
+  [[nodiscard]] RawTensors All() const;
+  [[nodiscard]] RawTensors At(std::span<const VertexId> vertices) const;
+  /// Takes over other raw tensors, for the mesh as it is now. @param touched  vertices that differ
+  /// from those of the last Update, or whose neighbours do; perhaps others. @pre on()
+  void Apply(const RawTensors& raw, std::span<const VertexId> touched);
+
+ private:
+  [[nodiscard]] double SizeCap(VertexId vertex) const;
+  void RenewCaps(VertexId vertex);
+  void GiveRaw(VertexId vertex);
+  template <class Visit>
+  void ForEachSegmentAt(VertexId vertex, Visit visit) const;
+
+  const MeshEdit& edit_;
+  const Mesh& mesh_;
+  GradationOptions options_;
+  std::shared_ptr<MetricLimiter> limiter_;    // Null: off.
+  std::shared_ptr<MetricLimiter> committed_;  // Of the last commit; goes back by its own log.
+  MetricReport report_;
+  MetricReport committed_report_;
+  GradationOptions committed_options_;
+};
+
+}  // namespace pliant
