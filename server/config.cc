@@ -6,6 +6,7 @@
 #include <fstream>
 #include <map>
 #include <sstream>
+#include <thread>
 #include <utility>
 
 namespace pliant::server {
@@ -28,6 +29,8 @@ bool SetKey(const std::string& key, const YAML::Node& value, Config& config) {
     config.port_file = value.as<std::string>();
   } else if (key == "workers") {
     config.workers = value.as<int>();
+  } else if (key == "mesh-threads") {
+    config.mesh_threads = value.as<int>();
   } else if (key == "sessions-max") {
     config.sessions_max = value.as<std::size_t>();
   } else if (key == "sessions-per-tenant-max") {
@@ -95,6 +98,9 @@ void AddFlags(CLI::App& app, Config& config, std::string& config_path, std::stri
                  "Write the bound address into this file once the server answers");
   app.add_option("--workers", config.workers, "Worker threads; 0: one for each core")
       ->capture_default_str();
+  app.add_option("--mesh-threads", config.mesh_threads,
+                 "Threads that work on one large mesh; 0: one for each core")
+      ->capture_default_str();
   app.add_option("--sessions-max", config.sessions_max, "Sessions at once")->capture_default_str();
   app.add_option("--sessions-per-tenant-max", config.sessions_per_tenant_max,
                  "Sessions of one tenant at once")
@@ -122,6 +128,11 @@ void AddFlags(CLI::App& app, Config& config, std::string& config_path, std::stri
 }
 
 }  // namespace
+
+int ThreadCount(int configured) {
+  if (configured > 0) return configured;
+  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
+}
 
 Result<std::variant<Config, ExitRequest>> ParseConfig(int argc, const char* const* argv) {
   // Twice: first to learn the file's name, then, over the file's values, for good.
@@ -201,6 +212,11 @@ Status CheckConfig(const Config& config) {
     return out_of_range("--workers is " + std::to_string(config.workers) + "; allowed are 0 to " +
                             std::to_string(kWorkersMax),
                         "workers");
+  }
+  if (config.mesh_threads < 0 || config.mesh_threads > kWorkersMax) {
+    return out_of_range("--mesh-threads is " + std::to_string(config.mesh_threads) +
+                            "; allowed are 0 to " + std::to_string(kWorkersMax),
+                        "mesh-threads");
   }
   if (config.sessions_max < 1) return out_of_range("--sessions-max must be >= 1", "sessions-max");
   if (config.sessions_per_tenant_max < 1) {

@@ -24,6 +24,8 @@ struct Config {
   std::string port_file = {};
   /// Worker threads; 0: one for each core.
   int workers = 0;
+  /// Threads that work on one large mesh, the worker included; 0: one for each core.
+  int mesh_threads = 0;
   std::size_t sessions_max = kSessionsMaxDefault;
   std::size_t sessions_per_tenant_max = kSessionsMaxDefault;
   /// PEM files: certificate chain and key of the server; empty: no encryption. They are read again
@@ -43,6 +45,9 @@ struct Config {
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
 };
+
+/// A configured number of threads; 0: one for each core.
+[[nodiscard]] int ThreadCount(int configured);
 
 /// Text to print and an exit status: --help, --version.
 struct ExitRequest {

@@ -21,7 +21,10 @@ std::vector<std::vector<double>> ColumnsOf(std::span<const double> values,
 
 class RemesherEngine final : public Engine {
  public:
-  explicit RemesherEngine(std::unique_ptr<Remesher> remesher) : remesher_(std::move(remesher)) {}
+  RemesherEngine(std::unique_ptr<Remesher> remesher, ThreadPool* threads)
+      : remesher_(std::move(remesher)), threads_(threads) {
+    remesher_->UseHelpers(Helpers(threads_));
+  }
 
   Status SetMetric(const MetricSpec& metric) override { return remesher_->SetMetric(metric); }
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) override {
@@ -81,14 +84,19 @@ class RemesherEngine final : public Engine {
   Result<std::unique_ptr<Engine>> Fork() const override {
     PLIANT_ASSIGN_OR_RETURN(const Bytes bytes, remesher_->Save());
     PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Remesher> copy, Remesher::Load(bytes));
-    return std::unique_ptr<Engine>(std::make_unique<RemesherEngine>(std::move(copy)));
+    return std::unique_ptr<Engine>(std::make_unique<RemesherEngine>(std::move(copy), threads_));
   }
   bool building() const override { return remesher_->building(); }
+  int step_threads() const override {
+    const bool in_blocks = building() && vertex_count() >= BlockRule{}.nodes_min;
+    return threads_ != nullptr && in_blocks ? threads_->thread_count() : 1;
+  }
   Revision revision() const override { return remesher_->revision(); }
   std::int32_t vertex_count() const override { return remesher_->mesh().vertex_count(); }
 
  private:
   std::unique_ptr<Remesher> remesher_;
+  ThreadPool* const threads_;
 };
 
 }  // namespace
@@ -101,14 +109,14 @@ Result<std::unique_ptr<Engine>> Engine::Fork() const {
   return Error{ErrorCode::kUnimplemented, "this engine cannot be copied", {}};
 }
 
-EngineFactory RemesherFactory() {
-  return [](const EngineInput& input) -> Result<std::unique_ptr<Engine>> {
+EngineFactory RemesherFactory(ThreadPool* threads) {
+  return [threads](const EngineInput& input) -> Result<std::unique_ptr<Engine>> {
     PLIANT_ASSIGN_OR_RETURN(
         std::unique_ptr<Remesher> remesher,
         std::visit(
             [&](const auto& start) { return Remesher::Create(start, input.metric, input.options); },
             input.start));
-    return std::unique_ptr<Engine>(std::make_unique<RemesherEngine>(std::move(remesher)));
+    return std::unique_ptr<Engine>(std::make_unique<RemesherEngine>(std::move(remesher), threads));
   };
 }
 

@@ -19,6 +19,7 @@
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
 #include "core/pliant/revision_delta.h"
+#include "core/threads/thread_pool.h"
 
 namespace pliant::server {
 
@@ -75,6 +76,8 @@ class Engine {
   /// What is wrong with the mesh, a sentence each: asked after a bug, before going on.
   [[nodiscard]] virtual std::vector<std::string> Validate() const = 0;
   [[nodiscard]] virtual Revision revision() const = 0;
+  /// Threads that work on a step as the mesh is now: longer steps keep them busy.
+  [[nodiscard]] virtual int step_threads() const { return 1; }
   /// Live vertices now, committed or not.
   [[nodiscard]] virtual std::int32_t vertex_count() const = 0;
 };
@@ -83,6 +86,8 @@ class Engine {
 using EngineFactory = std::function<Result<std::unique_ptr<Engine>>(const EngineInput&)>;
 
 /// The factory of the real thing.
-[[nodiscard]] EngineFactory RemesherFactory();
+/// @param threads  help with large meshes, all engines in turn; not owned, null: none. No bit of a
+/// mesh depends on them.
+[[nodiscard]] EngineFactory RemesherFactory(ThreadPool* threads = nullptr);
 
 }  // namespace pliant::server

@@ -31,9 +31,12 @@ Status WritePortFile(const std::string& path, const std::string& address) {
 Status Serve(const Config& config, const sigset_t& signals) {
   const SystemClock clock;
   const Log log(config.log_level, config.log_format);
+  ThreadPool mesh_threads(ThreadCount(config.mesh_threads));
   PLIANT_ASSIGN_OR_RETURN(
       const std::unique_ptr<Server> server,
-      Server::Start(config, {.clock = &clock, .log = &log, .engine_factory = RemesherFactory()}));
+      Server::Start(
+          config,
+          {.clock = &clock, .log = &log, .engine_factory = RemesherFactory(&mesh_threads)}));
   log.Info("serving",
            {{"address", server->address()}, {"version", PLIANT_VERSION}, {"data", "none"}});
   if (!config.port_file.empty()) {

@@ -8,18 +8,12 @@
 
 #include <chrono>
 #include <random>
-#include <thread>
 #include <utility>
 
 #include "server/limits.h"
 
 namespace pliant::server {
 namespace {
-
-int WorkerCount(int configured) {
-  if (configured > 0) return configured;
-  return std::max(1, static_cast<int>(std::thread::hardware_concurrency()));
-}
 
 // Between two looks at the files of certificates: far below the time for which an old and a new
 // one are both good.
@@ -64,7 +58,7 @@ Server::Server(const Config& config, Parts parts, Access access)
       registry_({.sessions_max = config.sessions_max,
                  .sessions_per_tenant_max = config.sessions_per_tenant_max},
                 RandomSeed()),
-      scheduler_(WorkerCount(config.workers), *parts_.clock),
+      scheduler_(ThreadCount(config.workers), *parts_.clock),
       context_{.registry = &registry_,
                .access = &access_,
                .calls = &calls_,

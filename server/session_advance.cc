@@ -49,10 +49,10 @@ bool Session::ContinueAdvance(Clock::Time slice_end) {
   const Clock& clock = *environment_.clock;
   for (;;) {
     const std::int64_t visits_left = advance.spec.visits_max - VisitsOf(advance);
+    const std::int64_t visits = environment_.visits_per_step * engine_->engine().step_threads();
     const Clock::Time step_begin = clock.Now();
     const Result<Progress> result =
-        engine_->Step({.visits_max = std::min(visits_left, environment_.visits_per_step),
-                       .cancel = &stop_advance_});
+        engine_->Step({.visits_max = std::min(visits_left, visits), .cancel = &stop_advance_});
     const Clock::Time now = clock.Now();
     advance.compute += now - step_begin;
     if (!result.ok()) {

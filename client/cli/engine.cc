@@ -4,11 +4,13 @@
 #include <chrono>
 #include <limits>
 #include <memory>
+#include <thread>
 #include <utility>
 #include <variant>
 #include <vector>
 
 #include "core/pliant/remesher.h"
+#include "core/threads/thread_pool.h"
 
 namespace pliant::cli {
 namespace {
@@ -118,7 +120,11 @@ Result<RemeshResult> RunSession(client::Session& session, const RemeshJob& job,
 }  // namespace
 
 Result<RemeshResult> RemeshLocally(const RemeshJob& job, const OnProgress& on_progress) {
+  ThreadPool threads(job.thread_count > 0
+                         ? job.thread_count
+                         : std::max(1, static_cast<int>(std::thread::hardware_concurrency())));
   PLIANT_ASSIGN_OR_RETURN(const std::unique_ptr<Remesher> remesher, Create(job));
+  remesher->UseHelpers(Helpers(&threads));
   PLIANT_ASSIGN_OR_RETURN(const LocalRun run, RunLoop(*remesher, job.advance, on_progress));
   std::vector<Trouble> troubles;
   if (run.progress.active_count == 0) troubles = remesher->FindTroubles();

@@ -19,6 +19,8 @@ struct RemeshJob {
   MetricSpec metric;
   Options options;
   client::AdvanceOptions advance;
+  /// Threads for a large mesh in this process; 0: one for each core. No bit depends on it.
+  int thread_count = 0;
 };
 
 /// The mesh, its metric at the vertices, and how it went.

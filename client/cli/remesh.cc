@@ -29,6 +29,7 @@ struct RemeshOptions {
   std::string json;
   MetricOptions metric;
   LoopOptions loop;
+  int thread_count = 0;
   ServerOptions server;
 };
 
@@ -53,6 +54,7 @@ Result<RemeshJob> ReadJob(const RemeshOptions& options) {
   std::visit([&](auto& start) { job.start = std::move(start); }, input);
   job.options = options.loop.options;
   job.advance = options.loop.advance();
+  job.thread_count = options.thread_count;
   return job;
 }
 
@@ -127,6 +129,13 @@ void AddRemeshCommand(CLI::App& app, Command& chosen) {
   AddMetricOptions(command, options->metric, MetricNeed::kRequired);
   AddLoopOptions(command, options->loop);
   AddServerOptions(command, options->server, LocalWork::kPossible);
+  command
+      .add_option(
+          "--threads", options->thread_count,
+          "Threads that work on a large mesh here (a server has --mesh-threads); 0: one for "
+          "each core. The mesh does not depend on it")
+      ->check(CLI::Range(0, 1024))
+      ->capture_default_str();
   command.footer(
       "Example:\n  pliant remesh plate.poly --size \"0.02+0.1*hypot(x,y)\" -o plate.vtu");
   CLI::Option* json = command.get_option("--json");

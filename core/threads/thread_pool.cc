@@ -16,24 +16,30 @@ ThreadPool::~ThreadPool() {
 }
 
 void ThreadPool::Run(std::int32_t count, const Task& task) {
-  if (count <= 0) return;
-  const std::scoped_lock run(run_mutex_);
   Job job;
   job.task = &task;
   job.count = count;
-  if (!threads_.empty() && count > 1) {
-    {
-      const std::scoped_lock lock(mutex_);
-      job_ = &job;
-      ++call_;
-    }
-    wake_.notify_all();
+  const bool wants_threads = !threads_.empty() && count > 1;
+  const std::unique_lock run(run_mutex_, std::try_to_lock);
+  if (wants_threads && run.owns_lock()) {
+    RunTogether(job);
+  } else {
+    Work(job);
   }
+  if (job.failure) std::rethrow_exception(job.failure);
+}
+
+void ThreadPool::RunTogether(Job& job) {
+  {
+    const std::scoped_lock lock(mutex_);
+    job_ = &job;
+    ++call_;
+  }
+  wake_.notify_all();
   Work(job);
   std::unique_lock lock(mutex_);
   job_ = nullptr;  // Threads that have not woken by now need not come.
   idle_.wait(lock, [this] { return busy_count_ == 0; });
-  if (job.failure) std::rethrow_exception(job.failure);
 }
 
 void ThreadPool::Work(Job& job) {

@@ -18,7 +18,8 @@ namespace pliant {
 /// command line and benchmarks, which all need this, may include core but not each other.
 ///
 /// *Invariants*: no task runs outside a call of Run.
-/// *Threads*: Run from any number of threads; one call at a time is served, the others wait.
+/// *Threads*: Run from any number of threads. One call at a time has the pool's threads; a call
+/// that finds them busy does its tasks alone, so that no session waits for another's work.
 class ThreadPool final : public Executor {
  public:
   /// @param thread_count  threads that work on a call, the calling one included; 1 makes no thread.
@@ -44,10 +45,11 @@ class ThreadPool final : public Executor {
     std::exception_ptr failure;
   };
 
+  void RunTogether(Job& job);
   void Work(Job& job);
   void Serve();
 
-  std::mutex run_mutex_;  // Held for a whole call of Run; taken before mutex_.
+  std::mutex run_mutex_;  // Held while a call of Run has the threads; taken before mutex_.
   std::mutex mutex_;      // Guards what follows.
   std::condition_variable wake_;
   std::condition_variable idle_;

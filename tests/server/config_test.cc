@@ -59,6 +59,9 @@ TEST(Config, RefusesAnAddressThatOthersReachUnlessAskedByName) {
 }
 
 TEST(Config, RefusesNumbersOutOfRangeAndUnknownFlags) {
+  EXPECT_EQ(Parsed({"--mesh-threads", "3"}).mesh_threads, 3);
+  EXPECT_EQ(Parse({"--mesh-threads", "257"}).error().field, "mesh-threads");
+  EXPECT_EQ(Parse({"--mesh-threads", "-1"}).error().field, "mesh-threads");
   EXPECT_TRUE(Parse({"--workers", "256"}).ok());
   EXPECT_EQ(Parse({"--workers", "257"}).error().field, "workers");
   EXPECT_EQ(Parse({"--workers", "-1"}).error().field, "workers");
@@ -81,18 +84,20 @@ TEST(Config, ExplainsEveryFlag) {
   const auto& request = std::get<ExitRequest>(*parsed);
   EXPECT_EQ(request.status, 0);
   for (const char* flag : {"--config", "--listen", "--insecure-any-address", "--port-file",
-                           "--workers", "--sessions-max", "--vertices-max", "--drain-ms", "--data",
-                           "--log-level", "--log-format"}) {
+                           "--workers", "--mesh-threads", "--sessions-max", "--vertices-max",
+                           "--drain-ms", "--data", "--log-level", "--log-format"}) {
     EXPECT_THAT(request.text, HasSubstr(flag));
   }
   EXPECT_THAT(std::get<ExitRequest>(*Parse({"--version"})).text, HasSubstr("pliantd "));
 }
 
 TEST(Config, ReadsYamlWithTheFlagsAsKeys) {
-  const auto config = ParseYaml("listen: unix:/x\nworkers: 3\nlog-format: json\ndata: none\n", {});
+  const auto config =
+      ParseYaml("listen: unix:/x\nworkers: 3\nmesh-threads: 2\nlog-format: json\ndata: none\n", {});
   ASSERT_TRUE(config.ok()) << config.error().message;
   EXPECT_EQ(config->listen, "unix:/x");
   EXPECT_EQ(config->workers, 3);
+  EXPECT_EQ(config->mesh_threads, 2);
   EXPECT_EQ(config->log_format, LogFormat::kJson);
   EXPECT_TRUE(ParseYaml("", {}).ok());
   EXPECT_TRUE(ParseYaml("# nothing\n", {}).ok());

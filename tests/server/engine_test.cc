@@ -89,6 +89,26 @@ TEST(Engine, FollowsASolutionByValuesAndByName) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
+// Goal: threads are used for a mesh that is large enough, and no bit depends on them.
+TEST(Engine, GivesTheSameMeshWithThreads) {
+  EngineInput input = Square();
+  input.metric.source = SizeMetric{"0.0029"};
+  ThreadPool threads(3);
+  std::vector<std::uint64_t> hashes;
+  int threads_used = 1;
+  for (ThreadPool* helpers : {static_cast<ThreadPool*>(nullptr), &threads}) {
+    auto engine = *RemesherFactory(helpers)(input);
+    while (engine->Step({.visits_max = 50'000})->stop_reason == StopReason::kVisitBudget) {
+      EXPECT_TRUE(engine->step_threads() == 1 || helpers != nullptr);
+      threads_used = std::max(threads_used, engine->step_threads());
+    }
+    hashes.push_back(engine->Commit().summary.state_hash);
+    EXPECT_EQ(engine->step_threads(), 1) << "updates run on one thread";
+  }
+  EXPECT_EQ(threads_used, 3);
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
 TEST(Engine, PassesTheCoresRefusalsOn) {
   EngineInput input = Square();
   std::get<Domain>(input.start).segments.pop_back();

@@ -28,6 +28,18 @@ TEST(Engine, MakesAMeshOfADomain) {
   EXPECT_GT(result->quality.q_mean, 0.9);
 }
 
+// Goal: --threads changes no bit. Meshes of 131,072 vertices and more are worked on in blocks.
+TEST(Engine, ThreadsDoNotChangeTheMesh) {
+  RemeshJob job = Job("0.0029");
+  job.thread_count = 1;
+  const auto alone = RemeshLocally(job, {});
+  job.thread_count = 3;
+  const auto together = RemeshLocally(job, {});
+  ASSERT_TRUE(alone.ok() && together.ok());
+  EXPECT_GT(alone->report.summary.vertex_count, 131'072);
+  EXPECT_EQ(alone->report.summary, together->report.summary);
+}
+
 // Goal: however the loop is cut into steps, the mesh is the same.
 TEST(Engine, StepsThatAreCutByLimitsAddUpToTheSameMesh) {
   const auto whole = RemeshLocally(Job("0.01"), {});
