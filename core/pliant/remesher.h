@@ -32,7 +32,7 @@ struct Progress {
   StopReason stop_reason = StopReason::kConverged;
   std::int64_t active_count = 0;  ///< Nodes that still wait for a visit.
   LoopCounts counts;
-  MetricReport metric;  ///< What limits made of the metric when they were laid last.
+  MetricReport metric = {};  ///< What limits made of the metric when they were laid last.
 };
 
 /// One persistent mesh that follows a metric: the engine of a session.
