@@ -172,92 +172,7 @@ Result<VertexTensors> ConvertVertexMetric(const v1::VertexMetric& wire) {
   return update;
 }
 
-// --- Options ----------------------------------------------------------------------------------
-
-Status ApplyEnums(const v1::SessionOptions& wire, Options& options) {
-  if (wire.has_variant()) {
-    switch (wire.variant()) {
-      case v1::VARIANT_NESTED:
-        options.variant = Variant::kNested;
-        break;
-      case v1::VARIANT_COOLED:
-        options.variant = Variant::kCooled;
-        break;
-      case v1::VARIANT_PAPER:
-        options.variant = Variant::kPaper;
-        break;
-      default:
-        return RangeError("options.variant is no known variant", "options.variant");
-    }
-  }
-  if (wire.has_smoothing()) {
-    switch (wire.smoothing()) {
-      case v1::SMOOTHING_PLIANT:
-        options.smoothing = Smoothing::kPliant;
-        break;
-      case v1::SMOOTHING_LAPLACIAN:
-        options.smoothing = Smoothing::kLaplacian;
-        break;
-      case v1::SMOOTHING_LENNARD_JONES:
-        options.smoothing = Smoothing::kLennardJones;
-        break;
-      case v1::SMOOTHING_BUBBLE:
-        options.smoothing = Smoothing::kBubble;
-        break;
-      default:
-        return RangeError("options.smoothing is no known smoothing", "options.smoothing");
-    }
-  }
-  for (const int restriction : wire.restrictions()) {
-    switch (restriction) {
-      case v1::RESTRICTION_NO_INSERT:
-        options.permissions.insert = false;
-        break;
-      case v1::RESTRICTION_NO_SWAP:
-        options.permissions.swap = false;
-        break;
-      case v1::RESTRICTION_NO_MOVE:
-        options.permissions.move = false;
-        break;
-      case v1::RESTRICTION_NO_SURFACE:
-        return NotYet("RESTRICTION_NO_SURFACE", "options.restrictions");
-      default:
-        return RangeError("options.restrictions has no known restriction", "options.restrictions");
-    }
-  }
-  return {};
-}
-
-// Ranges of single options are the engine's to check.
-Result<Options> ConvertOptions(const v1::CreateSession& create, const RequestLimits& limits) {
-  const v1::SessionOptions& wire = create.options();
-  Options options;
-  PLIANT_RETURN_IF_ERROR(ApplyEnums(wire, options));
-  if (wire.has_seed()) options.seed = static_cast<std::uint64_t>(wire.seed());
-  if (wire.has_step()) options.step = wire.step();
-  if (wire.has_speed_threshold()) options.speed_threshold = wire.speed_threshold();
-  if (wire.has_age_cooling()) options.age_cooling = wire.age_cooling();
-  if (wire.has_age_max()) options.age_max = wire.age_max();
-  if (wire.has_hops_max()) options.hops_max = wire.hops_max();
-  if (wire.has_metric_tolerance()) options.metric_tolerance = wire.metric_tolerance();
-  if (wire.has_visits_per_vertex_max()) {
-    options.visits_per_vertex_max = wire.visits_per_vertex_max();
-  }
-  options.vertices_max = std::min(options.vertices_max, limits.vertices_max);
-  if (wire.has_vertices_max()) {
-    if (wire.vertices_max() > limits.vertices_max) {
-      return RangeError("options.vertices_max is " + std::to_string(wire.vertices_max()) +
-                            "; this server allows " + std::to_string(limits.vertices_max),
-                        "options.vertices_max");
-    }
-    options.vertices_max = wire.vertices_max();
-  }
-  if (wire.has_history_bytes_max()) return NotYet("History", "options.history_bytes_max");
-  if (wire.has_durability() && wire.durability() != v1::DURABILITY_NONE) {
-    return NotYet("Durability other than DURABILITY_NONE", "options.durability");
-  }
-  return options;
-}
+// --- Sessions ---------------------------------------------------------------------------------
 
 Status CheckLabels(const v1::CreateSession& create) {
   if (static_cast<std::size_t>(create.labels_size()) > kLabelsMax) {
@@ -293,7 +208,7 @@ Result<SessionInput> ConvertCreate(const v1::CreateSession& create, const Reques
     return Error{ErrorCode::kEmpty, "a session starts from a domain or a mesh: set one", "domain"};
   }
   PLIANT_ASSIGN_OR_RETURN(input.engine.metric, ConvertFirstMetric(create, input.engine.start));
-  PLIANT_ASSIGN_OR_RETURN(input.engine.options, ConvertOptions(create, limits));
+  PLIANT_ASSIGN_OR_RETURN(input.engine.options, ConvertOptions(create.options(), limits));
   const std::size_t point_count =
       std::visit([](const auto& start) { return start.points.size(); }, input.engine.start);
   if (point_count > static_cast<std::size_t>(input.engine.options.vertices_max)) {
@@ -379,23 +294,20 @@ Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance) {
 
 namespace {
 
-decltype(UpdateCommand::body) MotionOrBad(Result<MotionUpdate> motion) {
-  if (!motion.ok()) return BadUpdate{motion.error()};
-  return std::move(motion).value();
+template <class Update>
+decltype(UpdateCommand::body) ValueOrBad(Result<Update> update) {
+  if (!update.ok()) return BadUpdate{update.error()};
+  return std::move(update).value();
 }
 
 }  // namespace
 
-UpdateCommand ConvertUpdate(const v1::EditRequest& request) {
+UpdateCommand ConvertUpdate(const v1::EditRequest& request, const RequestLimits& limits) {
   UpdateCommand command;
   command.update_id = request.update_id();
   switch (request.command_case()) {
     case v1::EditRequest::kMetric:
-      if (auto metric = ConvertMetricUpdate(request.metric()); metric.ok()) {
-        command.body = std::move(metric).value();
-      } else {
-        command.body = BadUpdate{metric.error()};
-      }
+      command.body = ValueOrBad(ConvertMetricUpdate(request.metric()));
       break;
     case v1::EditRequest::kAdvance:
       if (auto advance = ConvertAdvance(request.advance()); advance.ok()) {
@@ -408,26 +320,22 @@ UpdateCommand ConvertUpdate(const v1::EditRequest& request) {
       command.body = DiscardUpdate{};
       break;
     case v1::EditRequest::kBoundary:
-      command.body = MotionOrBad(ConvertBoundaryUpdate(request.boundary()));
+      command.body = ValueOrBad(ConvertBoundaryUpdate(request.boundary()));
       break;
     case v1::EditRequest::kNodes:
-      command.body = MotionOrBad(ConvertNodeUpdate(request.nodes()));
+      command.body = ValueOrBad(ConvertNodeUpdate(request.nodes()));
       break;
     case v1::EditRequest::kDomain:
       command.body = BadUpdate{NotYet("Replacing the domain", "domain")};
       break;
     case v1::EditRequest::kFields:
-      if (auto fields = ConvertFields(request.fields()); fields.ok()) {
-        command.body = std::move(fields).value();
-      } else {
-        command.body = BadUpdate{fields.error()};
-      }
+      command.body = ValueOrBad(ConvertFields(request.fields()));
       break;
     case v1::EditRequest::kConstraints:
-      command.body = BadUpdate{NotYet("Changing constraints", "constraints")};
+      command.body = ValueOrBad(ConvertConstraints(request.constraints()));
       break;
     case v1::EditRequest::kOptions:
-      command.body = BadUpdate{NotYet("Changing options after creation", "options")};
+      command.body = ValueOrBad(ConvertOptionsUpdate(request.options(), limits));
       break;
     case v1::EditRequest::kRollback:
       if (request.rollback().to_revision() > 0) {

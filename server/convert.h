@@ -6,6 +6,7 @@
 #include "core/base/result.h"
 #include "pliant/v1/edit.pb.h"
 #include "pliant/v1/session.pb.h"
+#include "server/convert_options.h"
 #include "server/session_messages.h"
 
 /// From the wire to the core: what a client sent is checked here, once, and named in the client's
@@ -15,11 +16,6 @@
 /// a path in the .proto files, starting below the message that is converted. The other direction
 /// is in convert_reply.h.
 namespace pliant::server {
-
-/// Bounds of the configuration that a request may not exceed.
-struct RequestLimits {
-  std::int32_t vertices_max = 0;
-};
 
 /// Errors: kArrayType, kArrayLength, kIndexOutOfRange, kNotFinite, kEmpty, kTooLarge, kOutOfRange,
 /// kUnimplemented.
@@ -36,11 +32,11 @@ struct RequestLimits {
 /// Errors: kOutOfRange, kUnimplemented.
 [[nodiscard]] Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance);
 
-/// A numbered command: metric, motions, fields, discard, advance, and the kinds that are not
-/// implemented.
-/// What is wrong with it becomes its body.
+/// A numbered command, also of the kinds that are not implemented. What is wrong with it becomes
+/// its body.
 /// @pre the command is none of open, chunk, cancel and acknowledge, which streams handle.
-[[nodiscard]] UpdateCommand ConvertUpdate(const v1::EditRequest& request);
+[[nodiscard]] UpdateCommand ConvertUpdate(const v1::EditRequest& request,
+                                          const RequestLimits& limits);
 
 /// Which optional parts a client wants.
 struct WantedParts {

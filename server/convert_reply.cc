@@ -78,6 +78,8 @@ v1::TroubleKind ToTroubleKind(TroubleKind kind) {
       return v1::TROUBLE_KIND_CURVATURE;
     case TroubleKind::kSizeJump:
       return v1::TROUBLE_KIND_SIZE_JUMP;
+    case TroubleKind::kFrozen:
+      return v1::TROUBLE_KIND_FROZEN;
     case TroubleKind::kUnsettled:
       break;
   }

@@ -62,6 +62,11 @@ class RemesherEngine final : public Engine {
     return remesher_->SetTensors({}, tensors);
   }
   Status SetFields(const FieldUpdate& update) override { return remesher_->SetFields(update); }
+  Status SetConstraints(const Constraints& constraints) override {
+    return remesher_->SetConstraints(constraints);
+  }
+  Status SetOptions(const Options& options) override { return remesher_->SetOptions(options); }
+  Options options() const override { return remesher_->options(); }
   Result<Progress> Step(const Budget& budget) override { return remesher_->Step(budget); }
   MeshDiff Commit() override { return remesher_->CommitAndTransfer(); }
   void Rollback() override { remesher_->Rollback(); }
@@ -100,6 +105,14 @@ class RemesherEngine final : public Engine {
 };
 
 }  // namespace
+
+Status Engine::SetConstraints(const Constraints&) {
+  return Error{ErrorCode::kUnimplemented, "this engine freezes nothing", {}};
+}
+
+Status Engine::SetOptions(const Options&) {
+  return Error{ErrorCode::kUnimplemented, "this engine has no options", {}};
+}
 
 Result<MeshDiff> Engine::Apply(const RevisionDelta&, Revision) {
   return Error{ErrorCode::kUnimplemented, "this engine keeps no revisions", {}};

@@ -58,6 +58,10 @@ class Engine {
   /// kOutOfRange if there is no nodal field of that name.
   virtual Status SetSolution(const SolutionRequest& request) = 0;
   virtual Status SetFields(const FieldUpdate& update) = 0;
+  /// An engine that knows neither says so.
+  virtual Status SetConstraints(const Constraints& constraints);
+  virtual Status SetOptions(const Options& options);
+  [[nodiscard]] virtual Options options() const { return {}; }
   virtual Result<Progress> Step(const Budget& budget) = 0;
   /// With transfer rows.
   virtual MeshDiff Commit() = 0;

@@ -91,6 +91,7 @@ grpc::StatusCode StatusCodeOf(ErrorCode code) {
       return grpc::StatusCode::ALREADY_EXISTS;
     case ErrorCode::kProtocolOrder:
     case ErrorCode::kUpdateRejected:
+    case ErrorCode::kFrozen:
     case ErrorCode::kRevisionMismatch:
     case ErrorCode::kFileUnreadable:
     case ErrorCode::kFileUnwritable:

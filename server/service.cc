@@ -178,6 +178,7 @@ grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* SessionServiceImpl::
                             .tenant = context_.access->TenantOf(*call),
                             .calls = context_.calls,
                             .log = context_.session.log,
+                            .limits = context_.limits,
                             .request_id = RequestIdOf(*call)});
 }
 
@@ -252,31 +253,15 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                                            v1::GetServerInfoResponse* response) {
   if (!context_.access->TenantOf(*call)) return Refuse(call);
   response->set_version(PLIANT_VERSION);
-  for (const char* capability : {"create.domain",
-                                 "create.mesh",
-                                 "edit.metric",
-                                 "edit.boundary",
-                                 "edit.nodes",
-                                 "edit.fields",
-                                 "edit.discard",
-                                 "edit.advance",
-                                 "edit.rollback",
-                                 "metric.expression",
-                                 "metric.size",
-                                 "metric.vertices",
-                                 "metric.background",
-                                 "metric.solution",
-                                 "limits.size_min",
-                                 "limits.size_max",
-                                 "limits.anisotropy_max",
-                                 "limits.gradation",
-                                 "limits.rotation",
-                                 "part.metric",
-                                 "part.fields",
-                                 "part.transfer",
-                                 "numbering.dense",
-                                 "subscribe",
-                                 "revisions",
+  for (const char* capability : {"create.domain",         "create.mesh",      "edit.metric",
+                                 "edit.boundary",         "edit.nodes",       "edit.fields",
+                                 "edit.constraints",      "edit.options",     "edit.discard",
+                                 "edit.advance",          "edit.rollback",    "metric.expression",
+                                 "metric.size",           "metric.vertices",  "metric.background",
+                                 "metric.solution",       "limits.size_min",  "limits.size_max",
+                                 "limits.anisotropy_max", "limits.gradation", "limits.rotation",
+                                 "part.metric",           "part.fields",      "part.transfer",
+                                 "numbering.dense",       "subscribe",        "revisions",
                                  "quality.limited"}) {
     response->add_capabilities(capability);
   }

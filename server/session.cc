@@ -321,10 +321,14 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
     const auto* metric = std::get_if<MetricUpdate>(&command.body);
     const auto* motion = std::get_if<MotionUpdate>(&command.body);
     const auto* fields = std::get_if<FieldsUpdate>(&command.body);
-    const Status status = metric != nullptr   ? engine_->Stage(*metric)
-                          : motion != nullptr ? engine_->StageMotion(*motion)
-                          : fields != nullptr ? engine_->Stage(*fields)
-                                              : engine_->Discard();
+    const auto* options = std::get_if<OptionsUpdate>(&command.body);
+    const auto* constraints = std::get_if<ConstraintsUpdate>(&command.body);
+    const Status status = metric != nullptr        ? engine_->Stage(*metric)
+                          : motion != nullptr      ? engine_->StageMotion(*motion)
+                          : fields != nullptr      ? engine_->Stage(*fields)
+                          : options != nullptr     ? engine_->Stage(*options)
+                          : constraints != nullptr ? engine_->Stage(*constraints)
+                                                   : engine_->Discard();
     if (!status.ok()) {
       Reject(editor, id, status.error());
       return;

@@ -71,6 +71,42 @@ struct MotionUpdate {
   MotionRequest request = {};
 };
 
+/// Options that change; what is absent stays.
+struct OptionsUpdate {
+  std::optional<Variant> variant = {};
+  std::optional<Smoothing> smoothing = {};
+  std::optional<std::uint64_t> seed = {};
+  std::optional<double> step = {};
+  std::optional<double> speed_threshold = {};
+  std::optional<std::int32_t> age_cooling = {};
+  std::optional<std::int32_t> age_max = {};
+  std::optional<std::int32_t> hops_max = {};
+  std::optional<double> metric_tolerance = {};
+  std::optional<std::int32_t> vertices_max = {};
+  std::optional<std::int32_t> visits_per_vertex_max = {};
+
+  [[nodiscard]] Options AppliedTo(Options options) const {
+    options.variant = variant.value_or(options.variant);
+    options.smoothing = smoothing.value_or(options.smoothing);
+    options.seed = seed.value_or(options.seed);
+    options.step = step.value_or(options.step);
+    options.speed_threshold = speed_threshold.value_or(options.speed_threshold);
+    options.age_cooling = age_cooling.value_or(options.age_cooling);
+    options.age_max = age_max.value_or(options.age_max);
+    options.hops_max = hops_max.value_or(options.hops_max);
+    options.metric_tolerance = metric_tolerance.value_or(options.metric_tolerance);
+    options.vertices_max = vertices_max.value_or(options.vertices_max);
+    options.visits_per_vertex_max = visits_per_vertex_max.value_or(options.visits_per_vertex_max);
+    return options;
+  }
+};
+
+/// What must be left alone; replaces what had to be before.
+struct ConstraintsUpdate {
+  std::optional<Revision> revision = {};  ///< Whose elements are named; absent if none are.
+  Constraints constraints = {};
+};
+
 /// Forgets what is staged.
 struct DiscardUpdate {};
 
@@ -99,8 +135,8 @@ struct BadAdvance {
 /// A numbered command.
 struct UpdateCommand {
   std::int64_t update_id = 0;
-  std::variant<BadUpdate, BadAdvance, MetricUpdate, MotionUpdate, FieldsUpdate, DiscardUpdate,
-               RollbackUpdate, AdvanceSpec>
+  std::variant<BadUpdate, BadAdvance, MetricUpdate, MotionUpdate, FieldsUpdate, OptionsUpdate,
+               ConstraintsUpdate, DiscardUpdate, RollbackUpdate, AdvanceSpec>
       body = {};
 };
 

@@ -194,7 +194,7 @@ Result<std::optional<SessionCommand>> EditStream::Handle(v1::EditRequest& reques
     return std::optional<SessionCommand>(
         UpdateCommand{.update_id = request.update_id(), .body = BadUpdate{status.error()}});
   }
-  return std::optional<SessionCommand>(ConvertUpdate(request));
+  return std::optional<SessionCommand>(ConvertUpdate(request, environment_.limits));
 }
 
 Result<SessionCommand> EditStream::HandleOpen(const v1::EditRequest& request) {

@@ -130,6 +130,28 @@ Status StagedEngine::Stage(const MetricUpdate& update) {
   return {};
 }
 
+Status StagedEngine::Stage(const OptionsUpdate& update) {
+  const Status status = engine_->SetOptions(update.AppliedTo(engine_->options()));
+  if (!status.ok()) {
+    tainted_ = true;
+    return Named(status, "options");
+  }
+  ++staged_count_;
+  return {};
+}
+
+Status StagedEngine::Stage(const ConstraintsUpdate& update) {
+  Status status;
+  if (update.revision) status = CheckRevision(*update.revision, "constraints.revision");
+  if (status.ok()) status = engine_->SetConstraints(update.constraints);
+  if (!status.ok()) {
+    tainted_ = true;
+    return Named(status, "constraints");
+  }
+  ++staged_count_;
+  return {};
+}
+
 Status StagedEngine::StageMotion(const MotionUpdate& update) {
   const Status status = Move(update);
   if (!status.ok()) {

@@ -39,6 +39,12 @@ class StagedEngine {
   /// Stages fields. Errors: those of Engine::SetFields, kRevisionMismatch; then as above.
   Status Stage(const FieldsUpdate& update);
 
+  /// Stages options. Errors: those of Engine::SetOptions; then as above.
+  Status Stage(const OptionsUpdate& update);
+
+  /// Stages constraints. Errors: those of Engine::SetConstraints, kRevisionMismatch; then as above.
+  Status Stage(const ConstraintsUpdate& update);
+
   /// One that exists, at its last commit, following `spec`.
   static StagedEngine Adopt(std::unique_ptr<Engine> engine, std::shared_ptr<const MetricSpec> spec,
                             EngineFactory factory);

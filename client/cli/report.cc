@@ -185,6 +185,8 @@ std::string TroubleName(TroubleKind kind) {
       return "curvature";
     case TroubleKind::kSizeJump:
       return "size_jump";
+    case TroubleKind::kFrozen:
+      return "frozen";
     case TroubleKind::kUnsettled:
       break;
   }

@@ -40,8 +40,8 @@ struct RemeshReport {
 /// What a person should know about an early end; empty if there is nothing to say.
 [[nodiscard]] std::string StopWarning(const client::AdvanceReport& report);
 
-/// What a trouble is called: "size_jump", "crossed", "geometry", "curvature", "vertex_limit" or
-/// "unsettled".
+/// What a trouble is called: "size_jump", "crossed", "geometry", "curvature", "vertex_limit",
+/// "frozen" or "unsettled".
 [[nodiscard]] std::string TroubleName(TroubleKind kind);
 /// What a person should know about places where the metric is not met, a line for the whole and one
 /// for each of the largest few; empty if there are none.

@@ -157,6 +157,8 @@ TroubleKind TroubleKindFrom(v1::TroubleKind kind) {
       return TroubleKind::kCurvature;
     case v1::TROUBLE_KIND_SIZE_JUMP:
       return TroubleKind::kSizeJump;
+    case v1::TROUBLE_KIND_FROZEN:
+      return TroubleKind::kFrozen;
     default:  // Also kinds that a newer server knows.
       return TroubleKind::kUnsettled;
   }

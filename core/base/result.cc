@@ -48,6 +48,7 @@ std::string_view ErrorCodeName(ErrorCode code) {
     PLIANT_CASE(kRevisionMismatch, "REVISION_MISMATCH");
     PLIANT_CASE(kProtocolOrder, "PROTOCOL_ORDER");
     PLIANT_CASE(kUpdateRejected, "UPDATE_REJECTED");
+    PLIANT_CASE(kFrozen, "FROZEN");
     PLIANT_CASE(kResourceExhausted, "RESOURCE_EXHAUSTED");
     PLIANT_CASE(kCancelled, "CANCELLED");
     PLIANT_CASE(kDeadlineExceeded, "DEADLINE_EXCEEDED");

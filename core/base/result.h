@@ -62,6 +62,7 @@ enum class ErrorCode {
   kRevisionMismatch,
   kProtocolOrder,   ///< A message came where the protocol does not allow it.
   kUpdateRejected,  ///< An update that this advance was to commit was refused.
+  kFrozen,          ///< A constraint keeps what the request would change.
   kResourceExhausted,
   kCancelled,
   kDeadlineExceeded,

@@ -73,7 +73,8 @@ class CavityFiller {
     std::sort(on_walls.begin(), on_walls.end());
     for (const VertexId vertex : corners) {
       const bool stays = std::binary_search(on_walls.begin(), on_walls.end(), vertex) ||
-                         mesh_.vertex(vertex).fixed || keeps_(vertex);
+                         mesh_.vertex(vertex).fixed || mesh_.vertex(vertex).frozen ||
+                         keeps_(vertex);
       (stays ? points_ : gone_).push_back(vertex);
     }
   }

@@ -25,7 +25,8 @@ namespace pliant {
 ///
 /// The paper's choice of metric for the test: the mean over the four corners after a move or an
 /// insertion, the metric of the deleted node after a deletion. A swap needs both new triangles
-/// positive, by exact predicates, and never touches a constrained edge. Where the metric varies,
+/// positive, by exact predicates, and never touches a constrained edge or a frozen
+/// triangle. Where the metric varies,
 /// the criterion has no potential and could go round for ever: every run has a limit of swaps.
 class MetricFlipper {
  public:

@@ -45,6 +45,7 @@ struct alignas(64) VertexRecord {
   bool pinched : 1 = false;    ///< Several fans of triangles meet here (touching loops); is fixed.
   bool touched : 1 = false;    ///< The change log has its state of the last commit.
   bool committed : 1 = false;  ///< Was live at the last commit: others know this slot.
+  bool frozen : 1 = false;     ///< A constraint keeps it: as `fixed`, until that is lifted.
 };
 static_assert(sizeof(VertexRecord) == 64);
 
@@ -57,6 +58,7 @@ struct TriangleRecord {
   bool live : 1 = false;
   bool touched : 1 = false;    ///< As for vertices.
   bool committed : 1 = false;  ///< As for vertices.
+  bool frozen : 1 = false;     ///< A constraint keeps it; its corners and edges are frozen too.
 };
 static_assert(sizeof(TriangleRecord) == 32);
 
@@ -71,6 +73,7 @@ struct EdgeRecord {
   bool live : 1 = false;
   bool touched : 1 = false;    ///< As for vertices.
   bool committed : 1 = false;  ///< As for vertices.
+  bool frozen : 1 = false;     ///< A constraint keeps it whole; its ends are frozen too.
 };
 
 /// An array over the elements of a mesh.

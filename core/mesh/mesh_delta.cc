@@ -75,7 +75,7 @@ std::uint8_t FlagsOf(const VertexRecord& record) {
   return static_cast<std::uint8_t>((record.live ? 1 : 0) | (record.fixed ? 2 : 0) |
                                    (record.pinched ? 4 : 0) | (record.visit.active ? 8 : 0) |
                                    (record.visit.cold ? 16 : 0) | (record.visit.tired ? 32 : 0) |
-                                   (record.visit.mended ? 64 : 0));
+                                   (record.visit.mended ? 64 : 0) | (record.frozen ? 128 : 0));
 }
 
 void SetFlags(VertexRecord& record, std::uint8_t flags) {
@@ -86,15 +86,17 @@ void SetFlags(VertexRecord& record, std::uint8_t flags) {
   record.visit.cold = (flags & 16) != 0;
   record.visit.tired = (flags & 32) != 0;
   record.visit.mended = (flags & 64) != 0;
+  record.frozen = (flags & 128) != 0;
 }
 
 template <class Record>
 std::uint8_t Life(const Record& record) {
-  return record.live ? 1 : 0;
+  return static_cast<std::uint8_t>((record.live ? 1 : 0) | (record.frozen ? 2 : 0));
 }
 template <class Record>
 void SetLife(Record& record, std::uint8_t life) {
-  record.live = record.committed = life != 0;
+  record.live = record.committed = (life & 1) != 0;
+  record.frozen = (life & 2) != 0;
 }
 
 void PutRecords(std::span<const VertexRecord> records, ByteWriter& writer) {

@@ -95,6 +95,13 @@ class MeshEdit {
   /// Marks a vertex as given: the loop neither moves nor deletes it.
   void Fix(VertexId vertex);
 
+  /// Whether a constraint keeps an element. Who freezes a triangle freezes its corners and its
+  /// constrained edges too, who freezes an edge its ends.
+  enum class Hold { kFree, kFrozen };
+  void SetHold(VertexId vertex, Hold hold) { TouchVertex(vertex).frozen = hold == Hold::kFrozen; }
+  void SetHold(EdgeId edge, Hold hold) { TouchEdge(edge).frozen = hold == Hold::kFrozen; }
+  void SetHold(TriangleId id, Hold hold) { TouchTriangle(id).frozen = hold == Hold::kFrozen; }
+
   void MoveVertex(VertexId vertex, Vec2 position) {
     TouchVertex(vertex).position = position;
     CheckAfter(vertex);

@@ -175,7 +175,7 @@ std::vector<VertexId> Advance::Disturbed() const {
 }
 
 bool Advance::IsFree(VertexId vertex) const {
-  if (mesh_.vertex(vertex).fixed) return false;
+  if (mesh_.vertex(vertex).fixed || mesh_.vertex(vertex).frozen) return false;
   const std::int32_t known = place_of_.At(vertex);
   if (known == PlaceMap::kNone) return true;
   const auto place = static_cast<std::size_t>(known);
@@ -372,7 +372,7 @@ bool Advance::SwapOne(TriangleId id, double s) {
   for (int corner = 0; corner < 3; ++corner) {
     const TriangleRecord& t = mesh_.triangle(id);
     const TriangleId other = t.neighbors[static_cast<std::size_t>(corner)];
-    if (((t.constrained >> corner) & 1) != 0 || !other.valid()) continue;
+    if (((t.constrained >> corner) & 1) != 0 || !other.valid() || t.frozen) continue;
     const VertexId p = t.vertices[static_cast<std::size_t>(corner)];
     const VertexId a = t.vertices[static_cast<std::size_t>(NextCorner(corner))];
     const VertexId b = t.vertices[static_cast<std::size_t>(PreviousCorner(corner))];

@@ -318,7 +318,7 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
     const VertexRecord& record = mesh.vertex(vertex);
     if (distance > 0) {
       // What lies behind another wall does not belong to the layer.
-      if (record.edge.valid() || record.fixed) continue;
+      if (record.edge.valid() || record.fixed || record.frozen) continue;
       const Mover& leader = movers_[source];
       movers_.push_back({vertex, record.position, record.position + (leader.to - leader.from),
                          leader.shape, false});

@@ -4,6 +4,7 @@
 
 #include "core/mesh/mesh.h"
 #include "core/mesh/star.h"
+#include "core/pliant/options.h"
 
 namespace pliant {
 
@@ -25,5 +26,13 @@ struct SpokeExtent {
 /// Interior edge: 0.8 times the sum of the normalized areas of its two triangles. Constrained
 /// edge: 0.5 times its squared normalized length. [BossenHeckbert1996, sec. 3.2]
 [[nodiscard]] SpokeExtent LargestSpokeExtent(const Mesh& mesh, const Star& star);
+
+/// Whether constraints let the edge at a spoke be split.
+[[nodiscard]] bool MaySplit(const Mesh& mesh, const Star& star, std::size_t spoke,
+                            const Permissions& permissions);
+
+/// The same among the spokes that may be split; extent 0 if there is none.
+[[nodiscard]] SpokeExtent LargestFreeSpokeExtent(const Mesh& mesh, const Star& star,
+                                                 const Permissions& permissions);
 
 }  // namespace pliant

@@ -49,6 +49,9 @@ class FollowedMetric {
   FollowedMetric(MeshEdit& edit, double tolerance)
       : edit_(edit), mesh_(edit.mesh()), tolerance_(tolerance), limits_(edit) {}
 
+  /// Another Options::metric_tolerance from now on.
+  void SetTolerance(double tolerance) { tolerance_ = tolerance; }
+
   /// Refuses a specification that names impossible limits; the field is checked when it is made.
   [[nodiscard]] static Status Check(const MetricSpec& spec);
 
@@ -152,7 +155,7 @@ class FollowedMetric {
 
   MeshEdit& edit_;
   const Mesh& mesh_;
-  const double tolerance_;
+  double tolerance_;
   State state_;
   MeshLimits limits_;
   std::shared_ptr<MetricField> field_;

@@ -210,7 +210,7 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
   // The loop alone would undo what mending did; if that is needed, mending sees to it again.
   if (visit.mended) return;
   const Heat heat = HeatOf(visit);
-  if (mesh_.vertex(node).fixed) {
+  if (Stays(node)) {
     VisitGiven(field, node, heat);
     return;
   }
@@ -351,7 +351,8 @@ double PliantLoop::MoveFree(const MetricField& field, Vec2 step) {
   const double speed = std::sqrt(SquaredLength(mesh_.metric(node), step));
   if (StaysPositive(target)) {
     edit_.MoveVertex(node, target);
-  } else if (options_.variant != Variant::kPaper || !SnapToCrossedEdge(edit_, star_, target)) {
+  } else if (options_.variant != Variant::kPaper || !options_.permissions.surface ||
+             !SnapToCrossedEdge(edit_, star_, target)) {
     return 0;
   } else {
     star_.Gather(mesh_, node);
@@ -410,8 +411,13 @@ bool PliantLoop::TryDelete(double extent, const Heat& heat) {
   return true;
 }
 
-bool PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat) {
-  if (!(largest.extent > heat.insert_above)) return false;
+bool PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& longest, const Heat& heat) {
+  if (!(longest.extent > heat.insert_above)) return false;
+  SpokeExtent largest = longest;
+  if (!MaySplit(mesh_, star_, largest.spoke, options_.permissions)) {
+    largest = LargestFreeSpokeExtent(mesh_, star_, options_.permissions);
+    if (!(largest.extent > heat.insert_above)) return false;
+  }
   if (mesh_.vertex_count() >= options_.vertices_max) {
     ++state_.counts.refused_at_limit;
     return false;

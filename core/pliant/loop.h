@@ -120,6 +120,7 @@ class PliantLoop {
   /// The parts of the loop's state that the mesh does not hold, for a later Restore. Entries of the
   /// queue are copied: O(active nodes), none after convergence.
   struct State {
+    Options options;
     NodeQueue queue;
     Rng rng{0};
     std::uint32_t epoch = 0;
@@ -139,6 +140,8 @@ class PliantLoop {
   [[nodiscard]] std::int64_t active_count() const {
     return static_cast<std::int64_t>(state_.queue.size() + mender_.waiting_count());
   }
+  /// Works by other options from now on; those of a running update's settings count from the next.
+  void SetOptions(const Options& options);
   /// Gives the queue's nodes other slots, after MeshEdit::Compact.
   void Renumber(std::span<const VertexId> new_ids);
 
@@ -169,6 +172,11 @@ class PliantLoop {
   /// True if the territory has the node and all its neighbours, and room for an insertion.
   [[nodiscard]] bool MayVisit(const Territory& territory, VertexId node);
   void MendNext(const MetricField& field);
+  /// True for a node that is neither moved nor deleted: given, frozen, or on a surface that stays.
+  [[nodiscard]] bool Stays(VertexId node) const {
+    const VertexRecord& record = mesh_.vertex(node);
+    return record.fixed || record.frozen || (record.edge.valid() && !options_.permissions.surface);
+  }
   void VisitGiven(const MetricField& field, VertexId node, const Heat& heat);
   /// The visit of an interior node with few neighbours, by columns: the same operations as the
   /// general one in the same order, and the same bits.
@@ -186,7 +194,7 @@ class PliantLoop {
   /// Deletes the star's center if its extent asks for it. @return true if it is gone.
   bool TryDelete(double extent, const Heat& heat);
   /// Splits the star's largest spoke if its extent asks for it. @return true if it did.
-  bool TryInsert(const MetricField& field, const SpokeExtent& largest, const Heat& heat);
+  bool TryInsert(const MetricField& field, const SpokeExtent& longest, const Heat& heat);
   /// The end of a move: who is to be visited (again) because the node moved. The star is that of
   /// the node, as it is now.
   void StayActive(double speed);
@@ -197,7 +205,7 @@ class PliantLoop {
 
   MeshEdit& edit_;
   const Mesh& mesh_;
-  const Options options_;
+  Options options_;
   MetricFlipper flipper_;
   Mender mender_;
   Star star_;

@@ -49,11 +49,18 @@ void PliantLoop::MendNext(const MetricField& field) {
 
 PliantLoop::State PliantLoop::Save() const {
   State state = state_;
+  state.options = options_;
   state.mender = mender_.state();
   return state;
 }
 
+void PliantLoop::SetOptions(const Options& options) {
+  options_ = options;
+  mender_.Permit(options.permissions);
+}
+
 void PliantLoop::Restore(State state) {
+  SetOptions(state.options);
   mender_.Restore(std::exchange(state.mender, {}));
   state_ = std::move(state);
 }

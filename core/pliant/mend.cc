@@ -120,7 +120,8 @@ Mender::Mended Mender::VisitNext(const MetricField& field) {
       star_.Gather(mesh_, node);
     }
     const VertexRecord& record = mesh_.vertex(node);
-    if (!record.fixed && HasBadTriangle()) {
+    const bool on_kept_surface = record.edge.valid() && !permissions_.surface;
+    if (!record.fixed && !record.frozen && !on_kept_surface && HasBadTriangle()) {
       mended.moves = record.edge.valid() ? Slide(field) : Move(field);
     }
     if (mended.swaps + mended.moves > 0) {
@@ -295,7 +296,9 @@ bool Mender::WantsSwap(Side side) const {
   const TriangleRecord& triangle = mesh_.triangle(side.triangle);
   const auto corner = static_cast<std::size_t>(side.corner);
   const TriangleId beyond = triangle.neighbors[corner];
-  if (!beyond.valid() || ((triangle.constrained >> side.corner) & 1) != 0) return false;
+  if (!beyond.valid() || ((triangle.constrained >> side.corner) & 1) != 0 || triangle.frozen) {
+    return false;
+  }
   const Corner y = CornerAt(mesh_, triangle.vertices[corner]);
   const Corner z =
       CornerAt(mesh_, triangle.vertices[static_cast<std::size_t>(NextCorner(side.corner))]);

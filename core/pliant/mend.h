@@ -40,6 +40,9 @@ class Mender {
   Mender(MeshEdit& edit, const Permissions& permissions)
       : edit_(edit), mesh_(edit.mesh()), permissions_(permissions) {}
 
+  /// Other permissions from now on.
+  void Permit(const Permissions& permissions) { permissions_ = permissions; }
+
   /// Looks for bad triangles and lets their vertices wait for a visit: before the first commit
   /// everywhere, after it at the vertices that have changed since the last one.
   /// @param warm_since the epoch of the update: nodes that have been visited since, and are not
@@ -97,7 +100,7 @@ class Mender {
 
   MeshEdit& edit_;
   const Mesh& mesh_;
-  const Permissions permissions_;
+  Permissions permissions_;
   Star star_;
   State state_;
 };

@@ -28,9 +28,10 @@ enum class Smoothing {
 
 /// What the loop may change. Restrictions serve figure 7 and solvers that must keep connectivity.
 struct Permissions {
-  bool insert = true;  ///< Insert and delete nodes.
-  bool swap = true;    ///< Swap edges.
-  bool move = true;    ///< Move nodes.
+  bool insert = true;   ///< Insert and delete nodes.
+  bool swap = true;     ///< Swap edges.
+  bool move = true;     ///< Move nodes.
+  bool surface = true;  ///< Split constrained edges; move and delete the vertices on them.
 
   friend bool operator==(const Permissions&, const Permissions&) = default;
 };

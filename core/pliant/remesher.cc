@@ -28,12 +28,13 @@ Remesher::Impl::Impl(const MeshPlan& plan, Numbering numbering, const Options& o
       loop_(edit_, options),
       box_(BoxOf(plan.positions)),
       numbering_(numbering),
-      followed_(edit_, options.metric_tolerance) {
+      followed_(edit_, options.metric_tolerance),
+      frozen_(FrozenElements{}) {
   BuildFromPlan(plan, edit_);
 }
 
 Remesher::Impl::Impl(SavedSession snapshot)
-    : options_(snapshot.options),
+    : options_(snapshot.loop.options),
       edit_(mesh_),
       loop_(edit_, options_),
       box_(snapshot.box),
@@ -112,6 +113,10 @@ Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const 
   return impl_->SetTensors(vertices, tensors);
 }
 Status Remesher::Apply(MeshChange& change) { return impl_->Change(change); }
+Status Remesher::SetConstraints(const Constraints& constraints) {
+  return impl_->SetConstraints(constraints);
+}
+Status Remesher::SetOptions(const Options& options) { return impl_->SetOptions(options); }
 Result<Progress> Remesher::Step(const Budget& budget) { return impl_->Step(budget); }
 void Remesher::UseHelpers(const Helpers& helpers) { impl_->UseHelpers(helpers); }
 std::vector<Trouble> Remesher::FindTroubles() const { return impl_->FindTroubles(); }

@@ -15,6 +15,7 @@
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
+#include "core/pliant/frozen.h"
 #include "core/pliant/loop.h"
 #include "core/pliant/mesh_change.h"
 #include "core/pliant/metric_report.h"
@@ -95,8 +96,23 @@ class Remesher {
   /// Carries out a change of the mesh that is not the loop's (core/motion has them), gives moved
   /// vertices the metric of where they are now, and wakes what was disturbed. On an error
   /// everything stays as it was, with what this revision had changed before. Ends a first build
-  /// that was under way, as a metric update does. Errors: those of the change; kExpressionValue.
+  /// that was under way, as a metric update does. Errors: those of the change; kExpressionValue;
+  /// kFrozen if it would change something frozen.
   Status Apply(MeshChange& change);
+
+  /// Leaves other things alone from now on: these constraints replace those that held, permissions
+  /// of Options included. What has thawed wakes, and every node if permissions grow. Whatever is
+  /// frozen keeps its bits, ids and tags in every Step; an Apply that would change it is refused.
+  /// Ends a first build that was under way, as a metric update does. On error everything stays.
+  /// Errors: kIndexOutOfRange, kDuplicateId (see WhatFreezes); kRevisionNotFound if anything is
+  /// named before the first commit, which may number anew.
+  /// @par Cost O(what is and what was frozen); with regions O(mesh)
+  Status SetConstraints(const Constraints& constraints);
+
+  /// Works by other options from now on, permissions included. A greater vertices_max wakes every
+  /// node if the old one was reached. Ends a first build that was under way.
+  /// Errors: kOutOfRange; kProtocolOrder for another seed or variant, which are the session's.
+  Status SetOptions(const Options& options);
 
   /// Runs the loop. Errors: kExpressionValue if the metric has no value where a node went; the
   /// caller should then Rollback.

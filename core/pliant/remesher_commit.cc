@@ -94,7 +94,14 @@ void Remesher::Impl::Rollback() {
   fields_.Discard();
   carriers_.clear();
   followed_.Rollback(committed_.followed);
+  GoOnAsCommitted();
+}
+
+void Remesher::Impl::GoOnAsCommitted() {
   loop_.Restore(committed_.loop);
+  options_ = committed_.loop.options;
+  followed_.SetTolerance(options_.metric_tolerance);
+  frozen_.reset();
 }
 
 MeshDiff Remesher::Impl::Snapshot() const {
@@ -144,7 +151,7 @@ Result<MeshDiff> Remesher::Impl::Apply(const RevisionDelta& delta, Revision revi
   previous_revision_ = std::exchange(revision_, revision);
   previous_ = std::exchange(committed_, {delta.metric, delta.loop, delta.fields});
   undo_raw_ = followed_.GoTo(committed_.followed, delta.raw, touched);
-  loop_.Restore(committed_.loop);
+  GoOnAsCommitted();
   RestoreFields();
   if (previous_.fields != committed_.fields) diff.fields = AllFields(previous_.fields);
   return diff;
@@ -156,8 +163,7 @@ Result<Bytes> Remesher::Impl::Save() const {
     return Error{ErrorCode::kProtocolOrder,
                  "the session has changed since its last commit; commit or roll back, then save"};
   }
-  return WriteSnapshot({.options = options_,
-                        .box = box_,
+  return WriteSnapshot({.box = box_,
                         .revision = revision_,
                         .summary = edit_.summary(),
                         .mesh = mesh_,

@@ -9,6 +9,7 @@
 #include "core/delaunay/import_mesh.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/pliant/followed_metric.h"
+#include "core/pliant/frozen.h"
 #include "core/pliant/nested_build.h"
 #include "core/pliant/remesher.h"
 #include "core/pliant/snapshot.h"
@@ -38,6 +39,8 @@ class Remesher::Impl {
   Status SetField(std::unique_ptr<MetricField> field, const MetricSpec* spec);
   Status SetTensors(std::span<const VertexId> given, std::span<const Metric> tensors);
   Status Change(MeshChange& change);
+  Status SetConstraints(const Constraints& constraints);
+  Status SetOptions(const Options& options);
   Result<Progress> Step(Budget budget);
   [[nodiscard]] std::vector<Trouble> FindTroubles() const;
 
@@ -75,6 +78,8 @@ class Remesher::Impl {
 
   /// Gives every vertex its first metric and wakes it.
   Status Start(std::unique_ptr<MetricField> field, const MetricSpec* spec);
+  void UseOptions(const Options& options);
+  void GoOnAsCommitted();
   void LeaveNestedBuild();
   Status LetMetricFollow();
   Status LimitAgain();
@@ -85,7 +90,7 @@ class Remesher::Impl {
   void RestoreFields();
   [[nodiscard]] FieldChanges AllFields(const SharedFields& before) const;
 
-  const Options options_;
+  Options options_;
   Helpers helpers_;
   Mesh mesh_;
   MeshEdit edit_;
@@ -94,8 +99,9 @@ class Remesher::Impl {
   const Numbering numbering_;
   FollowedMetric followed_;
   FieldSet fields_;
-  std::vector<VertexId> carriers_;     // Their tensors are not in the followed field yet.
-  std::optional<NestedBuild> nested_;  // While the first mesh is built from coarse to fine.
+  std::optional<FrozenElements> frozen_;  // Absent: to be looked up in the mesh.
+  std::vector<VertexId> carriers_;        // Their tensors are not in the followed field yet.
+  std::optional<NestedBuild> nested_;     // While the first mesh is built from coarse to fine.
   Revision revision_ = Revision::kNone;
   Committed committed_;
   // Of the commit before, for TakeUndo.

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/pliant/check_options.h"
 #include "core/pliant/remesher_impl.h"
 
 namespace pliant {
@@ -64,13 +65,14 @@ Status Remesher::Impl::Change(MeshChange& change) {
   followed_.BeforeTrial();
   MeshEdit::Trial trial = edit_.BeginTrial();
   Result<MeshChange::Outcome> outcome = change.Apply(edit_);
-  if (outcome.ok()) {
+  const Status kept = outcome.ok() ? CheckFrozenKept(mesh_, edit_.log()) : Status(outcome.error());
+  if (kept.ok()) {
     edit_.Keep(std::move(trial));
   } else {
     edit_.Undo(std::move(trial));
   }
   followed_.AfterTrial();
-  PLIANT_RETURN_IF_ERROR(outcome);
+  PLIANT_RETURN_IF_ERROR(kept);
   followed_.MeshMoved();
   WantedTensors wanted{std::move(outcome->moved), {}};
   for (const VertexId vertex : wanted.vertices) {
@@ -80,6 +82,54 @@ Status Remesher::Impl::Change(MeshChange& change) {
   for (const VertexId vertex : outcome->disturbed) loop_.Wake(vertex);
   carriers_ = std::move(outcome->carriers);
   return {};
+}
+
+Status Remesher::Impl::SetConstraints(const Constraints& constraints) {
+  PLIANT_ASSIGN_OR_RETURN(FrozenElements wanted, WhatFreezes(mesh_, constraints));
+  if (revision_ == Revision::kNone && !wanted.empty()) {
+    return Error{ErrorCode::kRevisionNotFound,
+                 "there is no revision yet whose elements could be frozen; advance first",
+                 "constraints"};
+  }
+  LeaveNestedBuild();
+  PLIANT_RETURN_IF_ERROR(LetMetricFollow());
+  if (!frozen_) frozen_ = FrozenOf(mesh_);
+  const std::vector<VertexId> freed = ChangeFrozen(edit_, *frozen_, wanted);
+  frozen_ = std::move(wanted);
+  Options options = options_;
+  options.permissions = constraints.permissions;
+  UseOptions(options);
+  for (const VertexId vertex : freed) loop_.Wake(vertex);
+  return {};
+}
+
+Status Remesher::Impl::SetOptions(const Options& options) {
+  PLIANT_RETURN_IF_ERROR(CheckOptions(options));
+  if (options.variant != options_.variant || options.seed != options_.seed) {
+    return Error{ErrorCode::kProtocolOrder,
+                 "the variant and the seed are chosen when a session is created; leave them out",
+                 options.seed != options_.seed ? "options.seed" : "options.variant"};
+  }
+  LeaveNestedBuild();
+  PLIANT_RETURN_IF_ERROR(LetMetricFollow());
+  UseOptions(options);
+  return {};
+}
+
+/// Begins an update by these options, with every node awake if they allow what was refused before.
+void Remesher::Impl::UseOptions(const Options& options) {
+  const Permissions& was = options_.permissions;
+  const Permissions& may = options.permissions;
+  const bool allows_more = (may.insert && !was.insert) || (may.swap && !was.swap) ||
+                           (may.move && !was.move) || (may.surface && !was.surface) ||
+                           (mesh_.vertex_count() >= options_.vertices_max &&
+                            options.vertices_max > options_.vertices_max);
+  options_ = options;
+  loop_.SetOptions(options_);
+  followed_.SetTolerance(options_.metric_tolerance);
+  loop_.BeginUpdate(SettingsOf(options_));
+  if (!allows_more) return;
+  for (const VertexId vertex : LiveVertices(mesh_)) loop_.Wake(vertex);
 }
 
 /// The limits are laid on the mesh as it is when an update begins, which may be too coarse to
@@ -112,8 +162,9 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
 
 std::vector<Trouble> Remesher::Impl::FindTroubles() const {
   const LoopCounts& counts = loop_.counts();
-  const TroubleContext context{.insertions_refused =
-                                   counts.refused_at_limit > 0 || counts.refused_by_allowance > 0};
+  const TroubleContext context{
+      .insertions_refused = counts.refused_at_limit > 0 || counts.refused_by_allowance > 0,
+      .permissions = options_.permissions};
   const std::vector<TriangleId> triangles = revision_ == Revision::kNone
                                                 ? LiveTrianglesOf(mesh_)
                                                 : TrianglesAtChanges(mesh_, edit_.log());

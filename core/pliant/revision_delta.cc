@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/metric/saved_field.h"
+#include "core/pliant/saved_options.h"
 
 namespace pliant {
 namespace {
@@ -228,6 +229,7 @@ std::vector<VertexId> TakeNodes(ByteReader& reader, std::int32_t vertex_slots) {
 }  // namespace
 
 void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer) {
+  WriteOptions(state.options, writer);
   PutNodes(state.queue.entries(), writer);
   for (const std::uint64_t word : state.rng.state()) writer.Put(word);
   writer.Put(state.epoch);
@@ -250,6 +252,7 @@ void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer) {
 
 PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots) {
   PliantLoop::State state;
+  state.options = ReadOptions(reader);
   for (const VertexId node : TakeNodes(reader, vertex_slots)) state.queue.Push(node);
   std::array<std::uint64_t, 4> words;
   for (std::uint64_t& word : words) word = reader.Take<std::uint64_t>();

@@ -43,6 +43,7 @@ bool SnapToCrossedEdge(MeshEdit& edit, const Star& star, Vec2 target) {
   const EdgeId edge_id = mesh.FindEdge(a, b);
   if (!edge_id.valid()) return false;
   const EdgeRecord& edge = mesh.edge(edge_id);
+  if (edge.frozen) return false;
   const double t = CrossingParameter(mesh, edge, mesh.position(center), target);
   if (!(edge.parameters[0] < t && t < edge.parameters[1])) return false;
   const Vec2 point = mesh.PointOnSegment(edge.segment, t);

@@ -12,14 +12,12 @@
 #include "core/mesh/mesh_diff.h"
 #include "core/pliant/followed_metric.h"
 #include "core/pliant/loop.h"
-#include "core/pliant/options.h"
 #include "core/transfer/saved_fields.h"
 
 namespace pliant {
 
 /// A committed session, whole: what Remesher::Load starts from.
 struct SavedSession {
-  Options options;
   BoundingBox box;  ///< Of the points that the session began with.
   Revision revision = Revision::kNone;
   MeshSummary summary;
@@ -32,7 +30,6 @@ struct SavedSession {
 
 /// The same by reference, to be written.
 struct SnapshotParts {
-  const Options& options;
   BoundingBox box;
   Revision revision = Revision::kNone;
   const MeshSummary& summary;

@@ -59,6 +59,7 @@ class Diagnosis {
   Diagnosis(const Mesh& mesh, const TroubleContext& context) : mesh_(mesh), context_(context) {}
 
   [[nodiscard]] TroubleKind KindOf(TriangleId id, const Shape& shape) const {
+    if (IsConstrained(id)) return TroubleKind::kFrozen;
     if (HasNarrowGeometry(id)) return TroubleKind::kGeometry;
     if (context_.insertions_refused && shape.squared_max > kTroubleLengthMax * kTroubleLengthMax) {
       return TroubleKind::kVertexLimit;
@@ -81,6 +82,18 @@ class Diagnosis {
     bool curved = false;
     bool jumps = false;
   };
+
+  /// True if constraints had a say in how the triangle looks. Frozen triangles and edges have
+  /// frozen corners.
+  [[nodiscard]] bool IsConstrained(TriangleId id) const {
+    const Permissions& may = context_.permissions;
+    if (!may.insert || !may.swap || !may.move) return true;
+    const auto& corners = mesh_.triangle(id).vertices;
+    return std::any_of(corners.begin(), corners.end(), [&](VertexId corner) {
+      const VertexRecord& vertex = mesh_.vertex(corner);
+      return vertex.frozen || (vertex.edge.valid() && !may.surface);
+    });
+  }
 
   [[nodiscard]] bool IsBound(const VertexRecord& vertex) const {
     return vertex.fixed || vertex.edge.valid();

@@ -10,6 +10,7 @@
 #include "core/geometry/vec2.h"
 #include "core/mesh/change_log.h"
 #include "core/mesh/mesh.h"
+#include "core/pliant/options.h"
 
 namespace pliant {
 
@@ -31,6 +32,9 @@ enum class TroubleKind {
   /// The wanted size differs at the ends of an edge by a factor of 2 or more: a smooth metric
   /// changes by less than 1.5 over an edge of length 1.
   kSizeJump,
+  /// Constraints keep the loop from doing better: the triangle, a side or a corner of it is frozen,
+  /// or a restriction forbids what would help. Comes before all others.
+  kFrozen,
   /// None of these: the loop was stopped, or is stuck.
   kUnsettled,
 };
@@ -62,6 +66,7 @@ struct Trouble {
 /// What FindTroubles judges by, beyond the mesh.
 struct TroubleContext {
   bool insertions_refused = false;
+  Permissions permissions = {};
 };
 
 /// The places among `triangles` (ascending, live) where the metric at the mesh's vertices is not

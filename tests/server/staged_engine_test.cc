@@ -71,6 +71,30 @@ TEST(StagedEngine, StagesFieldsOfTheCurrentRevisionOnly) {
   EXPECT_TRUE(f.engine.tainted());
 }
 
+TEST(StagedEngine, StagesOptionsOverThoseThatHold) {
+  Fixture f;
+  EXPECT_TRUE(f.engine.Stage(OptionsUpdate{.hops_max = 3}).ok());
+  EXPECT_TRUE(f.engine.Stage(OptionsUpdate{.age_max = 90}).ok());
+  EXPECT_THAT(f.script->calls, ElementsAre("options 3", "options 8"));
+  EXPECT_EQ(f.engine.staged_count(), 2);
+  f.script->update_error = Error{ErrorCode::kOutOfRange, "no", ""};
+  EXPECT_EQ(f.engine.Stage(OptionsUpdate{}).error().field, "options");
+  EXPECT_TRUE(f.engine.tainted());
+}
+
+TEST(StagedEngine, StagesConstraintsOfTheCurrentRevisionOnly) {
+  Fixture f;
+  EXPECT_TRUE(f.engine.Stage(ConstraintsUpdate{}).ok()) << "names nothing";
+  const ConstraintsUpdate named{.revision = Revision(1), .constraints = {{VertexId(0)}}};
+  EXPECT_EQ(f.engine.Stage(named).error().code, ErrorCode::kRevisionMismatch);
+  ASSERT_TRUE(f.engine.Discard().ok());
+  f.engine.Commit();
+  EXPECT_TRUE(f.engine.Stage(named).ok());
+  EXPECT_THAT(f.script->calls, ElementsAre("constraints 0", "constraints 1"));
+  f.engine.Commit();
+  EXPECT_EQ(f.engine.Stage(named).error().field, "constraints.revision");
+}
+
 TEST(StagedEngine, TakesASolutionOnceThereIsARevision) {
   Fixture f;
   const MetricUpdate update{.source = SolutionRequest{.name = "u"}};

@@ -80,6 +80,14 @@ class FakeEngine final : public Engine {
     script_->calls.push_back("fields " + std::to_string(update.values.size()));
     return Update();
   }
+  Status SetConstraints(const Constraints& constraints) override {
+    script_->calls.push_back("constraints " + std::to_string(constraints.vertices.size()));
+    return Update();
+  }
+  Status SetOptions(const Options& options) override {
+    script_->calls.push_back("options " + std::to_string(options.hops_max));
+    return Update();
+  }
   Result<Progress> Step(const Budget& budget) override {
     PLIANT_CHECK(!script_->throw_in_step, "test", "step");
     if (script_->step_error) return *script_->step_error;

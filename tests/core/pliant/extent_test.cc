@@ -84,5 +84,35 @@ TEST(LargestSpokeExtent, MeasuresConstrainedSpokesByTheirLength) {
   EXPECT_TRUE(made->mesh.FindEdge(VertexId(1), star.ring()[largest.spoke]).valid());
 }
 
+// A spoke that may not be split gives way to the next; where none may, there is none.
+TEST(LargestFreeSpokeExtent, PassesOverWhatIsFrozen) {
+  const auto made = ImportedMesh(Hexagon());
+  const Star star = StarOf(made->mesh, VertexId(0));
+  made->edit.SetMetric(VertexId(3), {4, 0, 4});
+  const Permissions all;
+  EXPECT_EQ(LargestFreeSpokeExtent(made->mesh, star, all).spoke,
+            LargestSpokeExtent(made->mesh, star).spoke);
+  for (const TriangleId id : star.triangles()) {
+    made->edit.SetHold(id, MeshEdit::Hold::kFrozen);
+  }
+  EXPECT_FALSE(MaySplit(made->mesh, star, 0, all));
+  EXPECT_EQ(LargestFreeSpokeExtent(made->mesh, star, all).extent, 0);
+  made->edit.SetHold(star.triangles()[4], MeshEdit::Hold::kFree);
+  EXPECT_EQ(LargestFreeSpokeExtent(made->mesh, star, all).spoke, 4U);
+}
+
+TEST(MaySplit, LeavesAFrozenEdgeAndAKeptSurfaceAlone) {
+  const auto made = ImportedMesh(testing::GridData(2, 1));
+  const Star star = StarOf(made->mesh, VertexId(1));  // In the middle of the lower side.
+  const EdgeId edge = made->mesh.FindEdge(VertexId(1), star.ring()[0]);
+  ASSERT_TRUE(edge.valid());
+  EXPECT_TRUE(MaySplit(made->mesh, star, 0, {}));
+  EXPECT_FALSE(MaySplit(made->mesh, star, 0, {.surface = false}));
+  EXPECT_TRUE(MaySplit(made->mesh, star, 1, {.surface = false}));
+  made->edit.SetHold(edge, MeshEdit::Hold::kFrozen);
+  EXPECT_FALSE(MaySplit(made->mesh, star, 0, {}));
+  EXPECT_TRUE(MaySplit(made->mesh, star, 1, {}));
+}
+
 }  // namespace
 }  // namespace pliant

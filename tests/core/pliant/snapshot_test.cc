@@ -70,7 +70,7 @@ TEST(Snapshot, RefusesDamagedBytes) {
 TEST(Snapshot, WrongContentsWithTheRightChecksumDoNoHarm) {
   const Bytes bytes = SavedAfter(4, 3);
   constexpr std::size_t kHeader = 24;
-  constexpr Seal kSeal{.kind = 0x53534c50, .version = 1};
+  constexpr Seal kSeal{.kind = 0x53534c50, .version = 2};
   Rng rng(7);
   int loaded_count = 0;
   for (int i = 0; i < 2000; ++i) {
