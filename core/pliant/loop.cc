@@ -403,7 +403,9 @@ bool PliantLoop::Swap() {
 bool PliantLoop::TryDelete(double extent, const Heat& heat) {
   if (extent >= heat.delete_below) return false;
   const int hop = mesh_.vertex(star_.center()).visit.hop;
-  const std::optional<std::int32_t> swaps = RemoveNode(edit_, flipper_, star_);
+  const std::optional<std::int32_t> swaps =
+      RemoveNode(edit_, flipper_, star_,
+                 options_.permissions.swap ? AfterRemoval::kSwapEdges : AfterRemoval::kLeaveEdges);
   if (!swaps) return false;
   state_.counts.swaps += *swaps;
   ++state_.counts.deletions;

@@ -39,7 +39,8 @@ std::int32_t RegionAfter(const Mesh& mesh, const Star& star, VertexId from) {
 
 }  // namespace
 
-std::optional<std::int32_t> RemoveNode(MeshEdit& edit, MetricFlipper& flipper, const Star& star) {
+std::optional<std::int32_t> RemoveNode(MeshEdit& edit, MetricFlipper& flipper, const Star& star,
+                                       AfterRemoval after) {
   const Mesh& mesh = edit.mesh();
   const VertexId center = star.center();
   const Metric metric = mesh.metric(center);
@@ -54,6 +55,7 @@ std::optional<std::int32_t> RemoveNode(MeshEdit& edit, MetricFlipper& flipper, c
   edit.ReplaceCavity(star.triangles(), triangles);
   edit.RemoveVertex(center);
 
+  if (after == AfterRemoval::kLeaveEdges) return 0;
   // ReplaceCavity uses the cavity's slots in order.
   return flipper.Within(star.triangles().first(triangles.size()), metric);
 }

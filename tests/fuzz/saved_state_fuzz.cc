@@ -18,8 +18,8 @@ namespace {
 using pliant::Bytes;
 using pliant::Remesher;
 
-constexpr pliant::Seal kSnapshotSeal{.kind = 0x53534c50, .version = 1};
-constexpr pliant::Seal kDeltaSeal{.kind = 0x44524c50, .version = 1};
+constexpr pliant::Seal kSnapshotSeal{.kind = 0x53534c50, .version = 2};
+constexpr pliant::Seal kDeltaSeal{.kind = 0x44524c50, .version = 2};
 constexpr std::size_t kSealBytes = 24;
 
 struct Examples {

@@ -240,6 +240,9 @@ TEST(Frozen, RestrictionsHoldEach) {
   counts = counts_with({.move = false});
   EXPECT_EQ(counts.moves, 0);
   EXPECT_GT(counts.insertions, 0);
+  counts = counts_with({.swap = false});
+  EXPECT_EQ(counts.swaps, 0);
+  EXPECT_GT(counts.deletions, 0);
   counts = counts_with({.insert = false, .swap = false});
   EXPECT_EQ(counts.insertions + counts.deletions + counts.swaps, 0);
   EXPECT_GT(counts.moves, 0);
