@@ -41,6 +41,7 @@ from pliant.errors import (
     AlreadyExists, Cancelled, DeadlineExceeded, Error, FailedPrecondition, Internal, InvalidInput,
     NotFound, ReplicaMismatch, ResourceExhausted, SessionBusy, Unauthenticated, Unavailable,
     Unimplemented)
+from pliant.fields import FieldRows, TransferRows
 from pliant.geometry import Domain, Mesh
 from pliant.local import start_local
 from pliant.options import Advance
@@ -51,9 +52,9 @@ from pliant.subscription import Subscription
 
 __all__ = [
     "Advance", "AlreadyExists", "Cancelled", "Change", "Client", "Counts", "DeadlineExceeded",
-    "Diff", "Domain", "Error", "FailedPrecondition", "Histogram", "Internal", "InvalidInput",
-    "LengthStatistics", "Mesh", "MeshView", "NotFound", "Progress", "Quality", "ReplicaMismatch",
-    "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Subscription", "Trouble",
-    "Unauthenticated", "Unavailable", "Unimplemented", "connect", "errors", "metric", "motion",
-    "options", "start_local",
+    "Diff", "Domain", "Error", "FailedPrecondition", "FieldRows", "Histogram", "Internal",
+    "InvalidInput", "LengthStatistics", "Mesh", "MeshView", "NotFound", "Progress", "Quality",
+    "ReplicaMismatch", "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Subscription",
+    "TransferRows", "Trouble", "Unauthenticated", "Unavailable", "Unimplemented", "connect",
+    "errors", "metric", "motion", "options", "start_local",
 ]

@@ -10,7 +10,7 @@ from pliant import metric as metrics
 from pliant import options as opts
 from pliant.session import Session
 from pliant.subscription import Subscription
-from pliant.v1 import metric_pb2, session_pb2, session_pb2_grpc
+from pliant.v1 import mesh_pb2, metric_pb2, session_pb2, session_pb2_grpc
 
 _CONNECT_S_MAX = 10.0
 
@@ -68,6 +68,7 @@ class Client:
                        metric: Any = None, session_id: str = "",
                        labels: Optional[Mapping[str, str]] = None,
                        advance: Optional[opts.Advance] = None, with_metric: bool = False,
+                       with_transfer: bool = False,
                        **options) -> Session:
         """Creates a session and its first mesh.
 
@@ -81,6 +82,7 @@ class Client:
             labels: free text by key, at most 16.
             advance: how long the first run may take. Default: until converged.
             with_metric: keep the metric that the mesh follows in `mesh.metrics` too.
+            with_transfer: every `Diff` brings the rows that carry nodal values to the new mesh.
             **options: h_min, h_max (or hmin, hmax), hgrad, rotation, anisotropy_max as in
                 `pliant.options.Limits`; seed, variant, smoothing, no_insert, no_swap, no_move and
                 so on as in `pliant.options.SessionOptions`.
@@ -117,7 +119,8 @@ class Client:
             mesh=mesh and mesh.to_wire(sender), options=session_options.to_wire(), labels=labels,
             metric=metric_pb2.MetricUpdate(sources=[source.to_wire(sender, 0)],
                                            limits=limits.to_wire()))
-        session = self._session(self._upload(message, sender), True, with_metric)
+        session = self._session(self._upload(message, sender), True,
+                                _parts(with_metric, with_transfer))
         try:
             session.start(advance)
         except BaseException:
@@ -125,18 +128,20 @@ class Client:
             raise
         return session
 
-    def open_session(self, session_id: str, with_metric: bool = False) -> Session:
+    def open_session(self, session_id: str, with_metric: bool = False,
+                     with_transfer: bool = False) -> Session:
         """Takes up a session that exists, with its present mesh.
 
         Args:
             session_id: its name.
             with_metric: keep the metric that the mesh follows in `mesh.metrics` too.
+            with_transfer: every `Diff` brings the rows that carry nodal values to the new mesh.
 
         Raises:
             NotFound: there is none of that name.
             SessionBusy: another client edits it.
         """
-        session = self._session(session_id, False, with_metric)
+        session = self._session(session_id, False, _parts(with_metric, with_transfer))
         session.start()
         return session
 
@@ -184,8 +189,8 @@ class Client:
     def __repr__(self):
         return f"Client({self.address!r}, version {self.version})"
 
-    def _session(self, session_id, is_owner, with_metric):
-        session = Session(self._sessions, session_id, is_owner, with_metric)
+    def _session(self, session_id, is_owner, parts):
+        session = Session(self._sessions, session_id, is_owner, parts)
         self._open.add(session)
         return session
 
@@ -221,3 +226,13 @@ def connect(address: str = "localhost:7447", *, token: Optional[str] = None,
         raise errors.Unavailable(
             "UNAVAILABLE", f"no pliantd answers at {address} ({error.message}); is it running? "
             "pliant.start_local() starts a private one") from None
+
+
+def _parts(with_metric, with_transfer):
+    """What comes beside the mesh. Fields cost nothing where there are none."""
+    parts = [mesh_pb2.MESH_PART_FIELDS]
+    if with_metric:
+        parts.append(mesh_pb2.MESH_PART_METRIC)
+    if with_transfer:
+        parts.append(mesh_pb2.MESH_PART_TRANSFER)
+    return parts

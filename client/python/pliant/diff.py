@@ -13,7 +13,8 @@ class Trouble:
 
     Attributes:
         kind: "SIZE_JUMP", "CROSSED" (directions), "GEOMETRY" (smaller than the wanted size),
-            "CURVATURE" (more than the aspect ratio allows), "VERTEX_LIMIT" or "UNSETTLED".
+            "CURVATURE" (more than the aspect ratio allows), "VERTEX_LIMIT",
+            "FROZEN" (constraints are in the way) or "UNSETTLED".
         vertex_count: vertices of bad triangles there.
         place_count: above 1 where several places of one kind were put together.
         center: (x, y) of the worst triangle, domain units.
@@ -68,6 +69,11 @@ class Diff(Change):
         metric_vertex_ids: (k,) int32 slots of vertices whose metric changed; empty unless the
             session was made or opened `with_metric`.
         metrics: (k, 3) float64 tensors at them.
+        fields: new values of the session's fields, a list of `FieldRows`; `Session.field` has all.
+        dropped_fields: names of fields that are no more.
+        transfer: `TransferRows`, which carry nodal values from the mesh before to the mesh after;
+            None unless the session was made or opened with `with_transfer`, and in a diff
+            over several revisions.
         stop_reason: "CONVERGED", "VISIT_BUDGET", "TIME_BUDGET", "CANCELLED", "VERTEX_LIMIT",
             "VISIT_LIMIT" or "SERVER_CLOSING".
         active_count: vertices that the loop has not finished; 0 if converged.

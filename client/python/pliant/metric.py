@@ -18,7 +18,8 @@ import numpy as np
 from pliant import geometry
 from pliant.arrays import as_floats, as_integers, check_rows
 from pliant.errors import InvalidInput
-from pliant.v1 import metric_pb2
+from pliant.fields import field_values
+from pliant.v1 import mesh_pb2, metric_pb2
 
 
 class Metric:
@@ -124,6 +125,45 @@ def vertices(tensors: Any, vertex_ids: Any = None) -> Vertices:
             `session.mesh.points`.
     """
     return Vertices(tensors, vertex_ids)
+
+
+class Solution(Metric):
+    """From a nodal field of the current revision; see `solution`."""
+
+    def __init__(self, field, target, norm_exponent):
+        self._field = field
+        self._target = target
+        self._norm_exponent = norm_exponent
+
+    def to_wire(self, sender, revision):
+        del revision
+        if isinstance(self._field, str):
+            field = mesh_pb2.FieldValues(name=self._field)
+        else:
+            field = field_values("solution", self._field, None, "vertex", sender)
+        return metric_pb2.MetricSource(solution=metric_pb2.SolutionMetric(
+            field=field, norm_exponent=self._norm_exponent, **self._target))
+
+
+def solution(field: Any, *, complexity: Optional[float] = None, error: Optional[float] = None,
+             norm_exponent: Optional[float] = None) -> Solution:
+    """The metric that makes the interpolation error of a solution least, made on the server.
+
+    A field knows only what the mesh resolves: update the metric, compute the solution on the new
+    mesh, and repeat; about five rounds suffice.
+
+    Args:
+        field: (n,) values at `session.mesh.points`, or (n, c) of which each column counts; or the
+            name of a field of the session at its vertices.
+        complexity: wanted integral of sqrt(det M); the mesh gets about 2 / sqrt(3) times as many
+            vertices.
+        error: instead, the wanted mean interpolation error in the field's unit.
+        norm_exponent: p of the Lp norm of the error, >= 1. Default: 2.
+    """
+    if (complexity is None) == (error is None):
+        raise InvalidInput("EMPTY", "give either complexity or error", field="metric.solution")
+    target = {"error": error} if complexity is None else {"complexity": complexity}
+    return Solution(field, target, norm_exponent)
 
 
 def as_metric(value: Any, vertex_ids: Any = None) -> Metric:

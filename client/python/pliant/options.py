@@ -78,6 +78,7 @@ class SessionOptions:
         no_insert: no vertex is inserted or deleted.
         no_swap: no edge is swapped.
         no_move: no vertex is moved.
+        no_surf: constrained edges and the vertices on them are left alone.
         step: step length of the smoothing, in (0, 1].
         speed_threshold: a vertex sleeps once its step is shorter, in metric length, in (0, 1).
         metric_tolerance: relative change of its metric below which a vertex sleeps on, 0 to 1.
@@ -91,6 +92,7 @@ class SessionOptions:
     no_insert: bool = False
     no_swap: bool = False
     no_move: bool = False
+    no_surf: bool = False
     step: Optional[float] = None
     speed_threshold: Optional[float] = None
     metric_tolerance: Optional[float] = None
@@ -102,7 +104,8 @@ class SessionOptions:
         restrictions = [wire for is_wanted, wire in (
             (self.no_insert, options_pb2.RESTRICTION_NO_INSERT),
             (self.no_swap, options_pb2.RESTRICTION_NO_SWAP),
-            (self.no_move, options_pb2.RESTRICTION_NO_MOVE)) if is_wanted]
+            (self.no_move, options_pb2.RESTRICTION_NO_MOVE),
+            (self.no_surf, options_pb2.RESTRICTION_NO_SURFACE)) if is_wanted]
         return options_pb2.SessionOptions(
             seed=self.seed, variant=_choice("variant", self.variant, _VARIANTS),
             smoothing=_choice("smoothing", self.smoothing, _SMOOTHINGS), step=self.step,

@@ -6,10 +6,11 @@ is found at the revision where it arises. `Replica.view` numbers the live elemen
 """
 
 from dataclasses import dataclass
-from typing import Optional
+from typing import List, Optional
 
 import numpy as np
 
+from pliant import fields
 from pliant.errors import ReplicaMismatch
 
 # Slots are int32; one that is far beyond all others is garbage, not a mesh.
@@ -49,6 +50,9 @@ class Change:
     state_hash: int
     metric_vertex_ids: np.ndarray
     metrics: np.ndarray
+    fields: List[fields.FieldRows]
+    dropped_fields: List[str]
+    transfer: Optional[fields.TransferRows]
 
 
 def change_from_wire(message, blobs, is_snapshot) -> Change:
@@ -61,6 +65,7 @@ def change_from_wire(message, blobs, is_snapshot) -> Change:
 
     nothing = np.empty(0, "<i4")
     counts = message.counts
+    field_rows, dropped_names = fields.fields_from_wire(message, blobs)
     return Change(
         base_revision=0 if is_snapshot else message.base_revision, revision=message.revision,
         removed_vertices=nothing if is_snapshot else ids("removed_vertices"),
@@ -73,7 +78,9 @@ def change_from_wire(message, blobs, is_snapshot) -> Change:
         counts=Counts(counts.vertex_count, counts.triangle_count, counts.edge_count),
         state_hash=message.state_hash,
         metric_vertex_ids=blobs.array(message.metric.vertex_ids, "metric.vertex_ids", "<i4"),
-        metrics=blobs.array(message.metric.tensors, "metric.tensors", "<f8", 3))
+        metrics=blobs.array(message.metric.tensors, "metric.tensors", "<f8", 3),
+        fields=field_rows, dropped_fields=dropped_names,
+        transfer=None if is_snapshot else fields.rows_from_wire(message, blobs))
 
 
 @dataclass(frozen=True, eq=False)
@@ -228,6 +235,7 @@ class Replica:
         self._metrics = np.zeros((0, 3))
         self._hash = np.uint64(0)
         self._view: Optional[MeshView] = None
+        self.fields = fields.FieldTable()
 
     @property
     def counts(self) -> Counts:
@@ -263,6 +271,7 @@ class Replica:
             self._hash += self._edges.write(change.removed_edges, change.edge_ids,
                                             change.edge_vertices, change.edge_tags)
         self._write_metrics(change.metric_vertex_ids, change.metrics)
+        self.fields.write(change.fields, change.dropped_fields)
         self.revision = change.revision
         self._view = None
 

@@ -3,10 +3,13 @@
 import threading
 from typing import Any, Callable, List, Optional
 
-from pliant import arrays, calls, diff, errors, motion, quality, replica, stream
+import numpy as np
+
+from pliant import arrays, calls, constraints, diff, errors, fields, motion, quality, replica
+from pliant import stream
 from pliant import metric as metrics
 from pliant import options as opts
-from pliant.v1 import edit_pb2, mesh_pb2, metric_pb2, session_pb2
+from pliant.v1 import edit_pb2, metric_pb2, motion_pb2, session_pb2
 
 # Between two calls of `on_progress`.
 _PROGRESS_MS = 100
@@ -29,11 +32,11 @@ class Session:
     Threads: calls from several threads are taken one after the other.
     """
 
-    def __init__(self, stub, session_id: str, is_owner: bool, with_metric: bool = False):
+    def __init__(self, stub, session_id: str, is_owner: bool, parts=()):
         self._stub = stub
         self._session_id = session_id
         self._is_owner = is_owner
-        self._parts = [mesh_pb2.MESH_PART_METRIC] if with_metric else []
+        self._parts = list(parts)
         self._lock = threading.RLock()
         self._mirror = replica.Replica()
         self._changes: List[replica.Change] = []
@@ -156,6 +159,44 @@ class Session:
                                            stop_if_impossible)
             return self._advance([command], advance)
 
+    def set_field(self, name: str, values: Any, ids: Any = None, *, location: str = "vertex",
+                  transfer: Optional[str] = None) -> diff.Diff:
+        """Makes or changes a solution field that lives on the server and follows the mesh.
+
+        The values are committed at once, as a revision that changes no vertex. Every later commit
+        carries them from the old mesh to the new one.
+
+        Args:
+            name: 1 to 64 characters of a-z, 0-9 and _.
+            values: (n,), (n, 2) vectors or (n, 3) symmetric tensors (11, 12, 22), row i at
+                `mesh.points[i]`, or at `mesh.triangles[i]` with location "triangle".
+            ids: (k,) slots, ascending, to change only some values of a field that is there.
+            location: "vertex" or "triangle".
+            transfer: "linear" (at first), "bounded" (no new extrema) or "conservative" (keeps the
+                integral) from now on.
+        """
+        with self._lock:
+            return self._advance([self._field_command(name, values, ids, location, transfer)],
+                                 None)
+
+    def drop_field(self, name: str) -> diff.Diff:
+        """The server forgets a field."""
+        with self._lock:
+            self._ensure_stream()
+            revision = self._mirror.revision
+            return self._advance([("fields", lambda _: motion_pb2.FieldUpdate(
+                revision=revision, dropped_names=[name]))], None)
+
+    def field(self, name: str) -> np.ndarray:
+        """Values of a field at the points or triangles of `mesh`, in their order."""
+        with self._lock:
+            return self._mirror.fields.values(name, self.mesh)
+
+    @property
+    def field_names(self) -> List[str]:
+        """Fields of the current revision, ascending."""
+        return self._mirror.fields.names()
+
     def advance(self, visits_max: Optional[int] = None, time_ms_max: Optional[int] = None,
                 on_progress: Optional[Callable[[diff.Progress], None]] = None) -> diff.Diff:
         """Commits what is staged and runs the loop until converged, or as long as allowed.
@@ -167,6 +208,81 @@ class Session:
         """
         with self._lock:
             return self._advance([], opts.Advance(visits_max, time_ms_max), on_progress)
+
+    def freeze(self, vertex_ids: Any = None, edge_ids: Any = None, regions: Any = None, *,
+               no_insert: bool = False, no_swap: bool = False, no_move: bool = False,
+               no_surf: bool = False) -> diff.Diff:
+        """Says what must be left alone from now on, in place of what had to be before.
+
+        What is frozen keeps its bits, ids and tags in every revision until other constraints
+        replace these (`thaw` lifts all) or a rollback goes behind them. `Diff.troubles` of kind
+        "FROZEN" tell what it costs in quality. Committed at once, together with what is staged.
+
+        Args:
+            vertex_ids: (k,) slots of vertices that stay in place.
+            edge_ids: (k,) slots of constrained edges that are not split; their ends stay.
+            regions: tags of regions whose triangles stay.
+            no_insert, no_swap, no_move: the loop inserts and deletes, swaps, moves nothing.
+            no_surf: constrained edges and the vertices on them are left alone.
+
+        Raises:
+            InvalidInput: INDEX_OUT_OF_RANGE or DUPLICATE_ID, `index` the first bad row.
+        """
+        with self._lock:
+            command = constraints.command(
+                self._seen_revision(), vertex_ids, edge_ids, regions,
+                {"NO_INSERT": no_insert, "NO_SWAP": no_swap, "NO_MOVE": no_move,
+                 "NO_SURFACE": no_surf})
+            return self._advance([command], None)
+
+    def thaw(self) -> diff.Diff:
+        """Lifts all that `freeze` and the options no_insert, no_swap, ... forbid."""
+        return self.freeze()
+
+    def set_options(self, **options) -> diff.Diff:
+        """Changes how the loop works, and whether limits hold: `h_min`, `h_max`, `hgrad`,
+        `rotation`, `anisotropy_max` as in `update_metric`, all others as in
+        `pliant.options.SessionOptions` but for `seed` and `variant`, which stay, and no_insert
+        and so on, which are `freeze`'s. Committed at once, together with what is staged.
+        """
+        with self._lock:
+            limits, loop = opts.split(options)
+            commands = []
+            if loop != opts.SessionOptions():
+                message = loop.to_wire()
+                commands.append(("options", lambda _: message))
+            if limits != opts.Limits() or not commands:
+                commands.append(self._metric_command(
+                    None, None, None, {name: value for name, value in vars(limits).items()
+                                       if value is not None}))
+            return self._advance(commands, None)
+
+    def rollback(self, revision: int) -> diff.Diff:
+        """Goes back to an earlier revision, bit for bit, metric and loop included; the session's
+        revision goes on counting.
+
+        Raises:
+            NotFound: the revision is no longer kept; the message names the oldest that is.
+        """
+        with self._lock:
+            return self._finish_by("rollback", edit_pb2.Rollback(to_revision=revision), [], None)
+
+    def save_revision(self, revision: int = 0) -> int:
+        """Keeps a revision (0: the current one) within reach of `rollback`; returns it."""
+        request = session_pb2.SaveRevisionRequest(session_id=self._session_id, revision=revision)
+        return calls.call(self._stub.SaveRevision, request).revision
+
+    def release(self, *revisions: int) -> None:
+        """Lets go of saved revisions."""
+        calls.call(self._stub.Release, session_pb2.ReleaseRequest(
+            session_id=self._session_id, revisions=revisions))
+
+    def fork(self, session_id: str = "", revision: int = 0) -> str:
+        """Creates a second session from a revision (0: the current one); returns its name, for
+        `Client.open_session`."""
+        response = calls.call(self._stub.Fork, session_pb2.ForkRequest(
+            session_id=self._session_id, revision=revision, new_session_id=session_id))
+        return response.session.session_id
 
     def quality(self) -> quality.Quality:
         """Measures the mesh of the current revision against the metric that it follows."""
@@ -264,11 +380,33 @@ class Session:
 
         return "metric", make
 
+    def _field_command(self, name, values, ids, location, transfer):
+        if self._mirror.revision == 0:
+            self._ensure_stream()
+        revision, kind = self._mirror.revision, fields.transfer_kind(transfer)
+        if ids is None and location in ("vertex", "triangle"):
+            counts = self._mirror.counts
+            arrays.check_rows(
+                f"fields.{name}", np.atleast_1d(values),
+                counts.vertices if location == "vertex" else counts.triangles,
+                f"{location} of the mesh")
+
+        def make(sender):
+            return motion_pb2.FieldUpdate(
+                values=[fields.field_values(name, values, ids, location, sender)],
+                revision=revision, transfer=kind)
+
+        return "fields", make
+
     def _advance(self, commands, advance, on_progress=None):
         message = (advance or opts.Advance()).to_wire()
         if on_progress is not None:
             message.progress_interval_ms = _PROGRESS_MS
-        answers = self._run(commands + [("advance", lambda _: message)], on_progress)
+        return self._finish_by("advance", message, commands, on_progress)
+
+    def _finish_by(self, name, message, commands, on_progress):
+        """Runs commands of which the last one, `name`, makes a revision; its Diff."""
+        answers = self._run(commands + [(name, lambda _: message)], on_progress)
         for answer in answers:
             if answer.WhichOneof("event") == "rejected":
                 raise errors.from_detail(answer.rejected.error)

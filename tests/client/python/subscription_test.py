@@ -88,7 +88,7 @@ def test_pauses_grow_and_are_spread():
 def test_progress_is_told(client):
     seen = []
     with client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.1)) as session:
-        session.stage_metric(pliant.metric.size(0.0025))
+        session.stage_metric(pliant.metric.size(0.005))
         diff = session.advance(on_progress=seen.append)
         assert seen and all(0 < one.visit_count < diff.visit_count for one in seen)
         assert seen[-1].active_count > 0 and seen[-1].elapsed_ms >= 100
