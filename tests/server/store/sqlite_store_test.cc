@@ -282,10 +282,14 @@ TEST(SqliteStore, RefusesATruncatedFile) {
 }
 
 TEST(SqliteStore, RefusesAReadOnlyDirectory) {
-  if (geteuid() == 0) GTEST_SKIP() << "nothing is read-only for root";
   const test::TemporaryFolder folder;
-  ASSERT_EQ(chmod(folder.path().c_str(), 0500), 0);
+  ASSERT_EQ(chmod(folder.path().c_str(), 0555), 0);
+  // Nothing is read-only for root: be nobody meanwhile.
+  constexpr uid_t kNobody = 65534;
+  const uid_t user = geteuid();
+  ASSERT_EQ(seteuid(user == 0 ? kNobody : user), 0);
   const auto store = SqliteStore::Open({.directory = folder.path(), .vfs = {}});
+  ASSERT_EQ(seteuid(user), 0);
   EXPECT_EQ(store.error().code, ErrorCode::kFileUnwritable);
   chmod(folder.path().c_str(), 0700);
 }
