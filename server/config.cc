@@ -45,6 +45,16 @@ bool SetKey(const std::string& key, const YAML::Node& value, Config& config) {
     config.tokens = value.as<std::string>();
   } else if (key == "vertices-max") {
     config.vertices_max = value.as<std::int32_t>();
+  } else if (key == "tenant-vertices-max") {
+    config.tenant_vertices_max = value.as<std::int64_t>();
+  } else if (key == "tenant-bytes-max") {
+    config.tenant_bytes_max = value.as<std::int64_t>();
+  } else if (key == "tenant-compute-percent") {
+    config.tenant_compute_percent = value.as<int>();
+  } else if (key == "tenant-compute-burst-ms") {
+    config.tenant_compute_burst_ms = value.as<std::int64_t>();
+  } else if (key == "idle-close-s") {
+    config.idle_close_s = value.as<std::int64_t>();
   } else if (key == "drain-ms") {
     config.drain_ms = value.as<std::int64_t>();
   } else if (key == "connection-age-max-s") {
@@ -106,6 +116,22 @@ void AddFlags(CLI::App& app, Config& config, std::string& config_path, std::stri
                  "Sessions of one tenant at once")
       ->capture_default_str();
   app.add_option("--vertices-max", config.vertices_max, "Vertices of one session")
+      ->capture_default_str();
+  app.add_option("--tenant-vertices-max", config.tenant_vertices_max,
+                 "Vertices of all sessions of one tenant; 0: no limit")
+      ->capture_default_str();
+  app.add_option("--tenant-bytes-max", config.tenant_bytes_max,
+                 "Memory of all sessions of one tenant, in bytes, roughly; 0: no limit")
+      ->capture_default_str();
+  app.add_option(
+         "--tenant-compute-percent", config.tenant_compute_percent,
+         "Compute time of one tenant over the long run, in percent of a worker; 0: no limit")
+      ->capture_default_str();
+  app.add_option("--tenant-compute-burst-ms", config.tenant_compute_burst_ms,
+                 "That much of it may be used at once after a rest, in ms")
+      ->capture_default_str();
+  app.add_option("--idle-close-s", config.idle_close_s,
+                 "Close sessions that nobody has used for so long, in s; 0: never")
       ->capture_default_str();
   app.add_option("--drain-ms", config.drain_ms,
                  "At SIGTERM: time for running work and streams to end, in ms")
@@ -219,6 +245,21 @@ Status CheckConfig(const Config& config) {
                         "mesh-threads");
   }
   if (config.sessions_max < 1) return out_of_range("--sessions-max must be >= 1", "sessions-max");
+  if (config.tenant_vertices_max < 0) {
+    return out_of_range("--tenant-vertices-max must be >= 0", "tenant-vertices-max");
+  }
+  if (config.tenant_bytes_max < 0) {
+    return out_of_range("--tenant-bytes-max must be >= 0", "tenant-bytes-max");
+  }
+  if (config.tenant_compute_percent < 0) {
+    return out_of_range("--tenant-compute-percent must be >= 0", "tenant-compute-percent");
+  }
+  if (config.tenant_compute_burst_ms < 0) {
+    return out_of_range("--tenant-compute-burst-ms must be >= 0", "tenant-compute-burst-ms");
+  }
+  if (config.idle_close_s < 0) {
+    return out_of_range("--idle-close-s must be >= 0", "idle-close-s");
+  }
   if (config.sessions_per_tenant_max < 1) {
     return out_of_range("--sessions-per-tenant-max must be >= 1", "sessions-per-tenant-max");
   }

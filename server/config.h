@@ -37,6 +37,13 @@ struct Config {
   /// File of tokens (Access::FromFile); empty: everybody may call.
   std::string tokens = {};
   std::int32_t vertices_max = kVerticesMaxDefault;
+  /// What the sessions of one tenant may use together, as TenantLimits; 0: no limit.
+  std::int64_t tenant_vertices_max = 0;
+  std::int64_t tenant_bytes_max = 0;
+  int tenant_compute_percent = 0;
+  std::int64_t tenant_compute_burst_ms = kTenantBurstMsDefault;
+  /// A session that nobody has used for so long is closed; 0: never.
+  std::int64_t idle_close_s = 0;
   std::int64_t drain_ms = kDrainMsDefault;
   /// Connections older than that are closed, after --drain-ms of grace; 0: never.
   std::int64_t connection_age_max_s = 0;

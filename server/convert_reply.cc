@@ -314,6 +314,7 @@ v1::Session ToSession(const SessionInfo& info) {
   WriteTime(info.create_time, *wire.mutable_create_time());
   if (info.commit_time) WriteTime(*info.commit_time, *wire.mutable_commit_time());
   wire.mutable_saved_revisions()->Add(info.saved_revisions.begin(), info.saved_revisions.end());
+  wire.set_memory_bytes(info.memory_bytes);
   wire.mutable_labels()->insert(info.labels.begin(), info.labels.end());
   return wire;
 }

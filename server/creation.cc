@@ -64,6 +64,7 @@ Status Creation::Begin() {
   PLIANT_ASSIGN_OR_RETURN(const std::string id,
                           context_.registry->Reserve(*tenant_, input.session_id));
   Session::Environment environment = context_.session;
+  environment.account = context_.accounts->Of(*tenant_);
   environment.on_broken = [registry = context_.registry, tenant = *tenant_](
                               const std::string& name) { registry->Remove(tenant, name); };
   const auto session =

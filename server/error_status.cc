@@ -34,6 +34,15 @@ grpc::Status ToGrpcStatus(const Error& error) {
     any->set_type_url(std::string(kTypePrefix) + "google.rpc.BadRequest");
     any->set_value(bad_request.SerializeAsString());
   }
+  if (error.retry_after_ms > 0) {
+    v1::RetryInfo retry;
+    retry.mutable_retry_delay()->set_seconds(error.retry_after_ms / 1000);
+    retry.mutable_retry_delay()->set_nanos(
+        static_cast<std::int32_t>(error.retry_after_ms % 1000 * 1'000'000));
+    google::protobuf::Any* any = status.add_details();
+    any->set_type_url(std::string(kTypePrefix) + "google.rpc.RetryInfo");
+    any->set_value(retry.SerializeAsString());
+  }
   return grpc::Status(code, error.message, status.SerializeAsString());
 }
 
@@ -49,6 +58,7 @@ v1::ErrorDetail ToErrorDetail(const Error& error) {
   detail.set_other_index(error.other_index);
   detail.set_message(error.message);
   detail.set_code(StatusCodeOf(error.code));
+  detail.set_retry_after_ms(error.retry_after_ms);
   return detail;
 }
 

@@ -80,6 +80,18 @@ inline constexpr int kWorkersMax = 256;
 inline constexpr std::size_t kSessionsMaxDefault = 4096;
 /// Vertices of one session unless configured otherwise: about 2.5 GB in the core.
 inline constexpr std::int32_t kVerticesMaxDefault = 10'000'000;
+/// Memory of a session per vertex, in bytes, as the accounts of tenants count it: what the core
+/// needs while it works on a large mesh. History and undo data are counted as they are.
+inline constexpr std::int64_t kBytesPerVertex = 250;
+/// Compute time that a limited tenant may use at once, in ms, unless configured: a first mesh of
+/// some million vertices.
+inline constexpr std::int64_t kTenantBurstMsDefault = 10'000;
+/// What a caller is told to wait when too many calls wait for a session, in ms: an advance or two.
+inline constexpr std::int64_t kCallRetryMs = 100;
+/// What a caller is told to wait when the server has no room for a session, in ms.
+inline constexpr std::int64_t kSessionRetryMs = 10'000;
+/// Between two looks for sessions that nobody uses, in ms: far below any policy that makes sense.
+inline constexpr std::int64_t kIdleCheckMs = 500;
 /// Characters of a session id.
 inline constexpr std::size_t kSessionIdLengthMax = 64;
 /// Characters of a request id that are logged: a UUID and some more.

@@ -58,6 +58,10 @@ Server::Server(const Config& config, Parts parts, Access access)
       registry_({.sessions_max = config.sessions_max,
                  .sessions_per_tenant_max = config.sessions_per_tenant_max},
                 RandomSeed()),
+      accounts_({.vertices_max = config.tenant_vertices_max,
+                 .bytes_max = config.tenant_bytes_max,
+                 .compute_percent = config.tenant_compute_percent,
+                 .compute_burst = std::chrono::milliseconds(config.tenant_compute_burst_ms)}),
       scheduler_(ThreadCount(config.workers), *parts_.clock),
       context_{.registry = &registry_,
                .access = &access_,
@@ -67,6 +71,7 @@ Server::Server(const Config& config, Parts parts, Access access)
                            .log = parts_.log,
                            .factory = parts_.engine_factory,
                            .on_broken = nullptr},
+               .accounts = &accounts_,
                .limits = {.vertices_max = config.vertices_max},
                .sessions_max = config.sessions_max,
                .bookmark_interval = std::chrono::milliseconds(config.bookmark_ms)},
@@ -109,6 +114,10 @@ Status Server::Bind() {
     return Error{ErrorCode::kUnavailable,
                  "cannot listen at " + config_.listen + "; is another server there?", "listen"};
   }
+  if (config_.idle_close_s > 0) {
+    sweeper_.emplace(registry_, *parts_.clock, *parts_.log,
+                     std::chrono::seconds(config_.idle_close_s));
+  }
   address_ = is_unix
                  ? config_.listen
                  : config_.listen.substr(0, config_.listen.rfind(':')) + ":" + std::to_string(port);
@@ -118,6 +127,7 @@ Status Server::Bind() {
 void Server::Shutdown() {
   if (grpc_ == nullptr) return;
   parts_.log->Info("drain", {{"address", address_}});
+  sweeper_.reset();
   grpc_->GetHealthCheckService()->SetServingStatus(false);
   for (const std::shared_ptr<Session>& session : registry_.All()) {
     session->Drain({ErrorCode::kUnavailable, "the server shuts down; connect again later", {}});

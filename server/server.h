@@ -3,6 +3,7 @@
 #include <grpcpp/grpcpp.h>
 
 #include <memory>
+#include <optional>
 #include <string>
 
 #include "core/base/result.h"
@@ -11,6 +12,7 @@
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/engine.h"
+#include "server/idle_sweeper.h"
 #include "server/log.h"
 #include "server/scheduler.h"
 #include "server/service.h"
@@ -51,6 +53,7 @@ class Server {
   const Parts parts_;
   const Access access_;
   SessionRegistry registry_;
+  TenantAccounts accounts_;
   CallCounter calls_;
   Scheduler scheduler_;
   const ServiceContext context_;
@@ -59,6 +62,7 @@ class Server {
   v1::JobService::CallbackService jobs_;  // Its base answers UNIMPLEMENTED.
   std::unique_ptr<grpc::Server> grpc_;
   std::string address_;
+  std::optional<IdleSweeper> sweeper_;
 };
 
 }  // namespace pliant::server

@@ -23,6 +23,7 @@ struct ServiceContext {
   /// Of the calls that last: uploads, downloads, edit streams.
   CallCounter* calls = nullptr;
   Session::Environment session;
+  TenantAccounts* accounts = nullptr;
   RequestLimits limits;
   std::size_t sessions_max = 0;
   std::chrono::milliseconds bookmark_interval{0};

@@ -109,6 +109,7 @@ grpc::ServerUnaryReactor* SessionServiceImpl::Fork(grpc::CallbackServerContext* 
         PLIANT_ASSIGN_OR_RETURN(const std::string id,
                                 context_.registry->Reserve(tenant, request->new_session_id()));
         Session::Environment environment = context_.session;
+        environment.account = context_.accounts->Of(tenant);
         environment.on_broken = [registry = context_.registry, tenant](const std::string& name) {
           registry->Remove(tenant, name);
         };

@@ -20,6 +20,7 @@ Session::Session(Environment environment, std::string session_id,
   info_.session_id = session_id_;
   info_.labels = std::move(labels);
   info_.create_time = environment_.clock->WallNow();
+  last_used_ = environment_.clock->Now();
 }
 
 // --- Called by RPC threads ----------------------------------------------------------------------
@@ -42,12 +43,14 @@ Status Session::Attach(std::shared_ptr<Editor> editor) {
                  {}};
   }
   editor_ = std::move(editor);
+  last_used_ = environment_.clock->Now();
   return {};
 }
 
 void Session::Detach(const Editor* editor) {
   const std::lock_guard lock(mutex_);
   if (editor_.get() == editor) editor_ = nullptr;
+  last_used_ = environment_.clock->Now();
 }
 
 Status Session::Subscribe(std::shared_ptr<Subscriber> subscriber, Revision mirror_revision) {
@@ -60,6 +63,25 @@ Status Session::Subscribe(std::shared_ptr<Subscriber> subscriber, Revision mirro
   }
   WakeForSubscriber();
   return {};
+}
+
+void Session::Unsubscribe(const Subscriber* subscriber) {
+  followers_.Remove(subscriber);
+  const std::lock_guard lock(mutex_);
+  last_used_ = environment_.clock->Now();
+}
+
+bool Session::CloseIfIdle(Clock::Time before, Error error) {
+  {
+    const std::lock_guard lock(mutex_);
+    if (close_error_ || drain_error_ || start_ || editor_ != nullptr || info_.running ||
+        !calls_.empty() || last_used_ > before || followers_.count() > 0) {
+      return false;
+    }
+    close_error_ = std::move(error);
+  }
+  Wake();
+  return true;
 }
 
 void Session::WakeForSubscriber() {
@@ -78,11 +100,12 @@ Status Session::Post(SessionCall call) {
     const std::lock_guard lock(mutex_);
     if (close_error_) return *close_error_;
     if (calls_.Push(std::move(call), 0)) {
-      return Error{ErrorCode::kResourceExhausted,
-                   std::to_string(kCallsMax) + " calls wait for session " + session_id_ +
-                       " already; try again later",
-                   {}};
+      return Error{.code = ErrorCode::kResourceExhausted,
+                   .message = std::to_string(kCallsMax) + " calls wait for session " + session_id_ +
+                              " already; try again later",
+                   .retry_after_ms = kCallRetryMs};
     }
+    last_used_ = environment_.clock->Now();
   }
   Wake();
   return {};
@@ -208,6 +231,7 @@ bool Session::Build() {
     start_.reset();
   }
   Status status;
+  const Clock::Time begin = environment_.clock->Now();
   // A bug here must reach the creator, who waits for this answer and nothing else.
   try {
     Result<StagedEngine> engine =
@@ -215,6 +239,7 @@ bool Session::Build() {
     if (engine.ok()) {
       engine_.emplace(std::move(engine).value());
       active_count_ = engine_->engine().vertex_count();
+      status = CheckRoom(Usage());
     } else {
       status = engine.error();
     }
@@ -224,7 +249,13 @@ bool Session::Build() {
                    "a bug of the server was met while it read this input; nothing was created",
                    session_id_};
   }
-  if (!status.ok()) torn_down_ = true;
+  Charge(environment_.clock->Now() - begin);
+  if (status.ok()) {
+    ReportUsage();
+  } else {
+    engine_.reset();
+    torn_down_ = true;
+  }
   PublishInfo();
   start.done(status);
   return status.ok();

@@ -18,6 +18,7 @@
 #include "server/scheduler.h"
 #include "server/session_messages.h"
 #include "server/staged_engine.h"
+#include "server/tenant_account.h"
 #include "server/undo_history.h"
 #include "server/update_results.h"
 
@@ -78,6 +79,8 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     /// Visits between two looks at the clock.
     std::int64_t visits_per_step = kVisitsPerStep;
     std::size_t history_bytes_max = kHistoryBytesMax;
+    /// Of the tenant; null: nobody counts.
+    std::shared_ptr<TenantAccount> account = nullptr;
   };
 
   Session(Environment environment, std::string session_id,
@@ -93,7 +96,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   /// Tells a subscriber what it misses from now on, beginning with a diff, a snapshot or, if its
   /// revision is the current one, a bookmark. Error: kResourceExhausted.
   Status Subscribe(std::shared_ptr<Subscriber> subscriber, Revision mirror_revision);
-  void Unsubscribe(const Subscriber* subscriber) { followers_.Remove(subscriber); }
+  void Unsubscribe(const Subscriber* subscriber);
   /// A subscriber is ready for more.
   void WakeForSubscriber();
   /// Ends the advance with this id early, now or when it begins.
@@ -104,6 +107,9 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void Close(Error error);
   /// The server shuts down: a running advance commits what it has, then the editor is closed.
   void Drain(Error error);
+  /// Ends the session as Close does, if nobody has used it since `before`: it has neither editor
+  /// nor subscriber, and no call waits. @return true if it did
+  bool CloseIfIdle(Clock::Time before, Error error);
   /// There is something to do.
   void Wake() { environment_.scheduler->Wake(shared_from_this()); }
   [[nodiscard]] SessionInfo info() const;
@@ -179,6 +185,12 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   bool Recover();
   void TearDown(const Error& error);
   void PublishInfo();
+  [[nodiscard]] SessionUsage Usage() const;
+  /// Enters what the session uses now into its tenant's account.
+  void ReportUsage();
+  [[nodiscard]] Status CheckRoom(const SessionUsage& wanted) const;
+  [[nodiscard]] Status CheckCompute() const;
+  void Charge(std::chrono::nanoseconds time) const;
   [[nodiscard]] std::shared_ptr<Editor> CurrentEditor() const;
 
   const Environment environment_;
@@ -193,6 +205,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   std::int64_t cancel_update_id_ = 0;       // Guarded by mutex_.
   std::int64_t running_update_id_ = 0;      // Guarded by mutex_.
   SessionInfo info_;                        // Guarded by mutex_.
+  Clock::Time last_used_{};                 // Guarded by mutex_.
   std::atomic<bool> stop_advance_ = false;  // Written under mutex_; the engine polls it.
 
   Followers followers_;
@@ -211,6 +224,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   std::shared_ptr<Editor> current_editor_;
   std::int64_t current_update_id_ = 0;
   SessionCall current_call_;
+  SessionUsage reported_;  // What the tenant's account knows.
   bool torn_down_ = false;
 };
 

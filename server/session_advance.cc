@@ -26,6 +26,10 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
                        : status.error());
     return;
   }
+  if (const Status status = CheckCompute(); !status.ok()) {
+    Reject(editor, update_id, status.error());
+    return;
+  }
   const Clock::Time now = environment_.clock->Now();
   advance_ = RunningAdvance{.editor = editor,
                             .update_id = update_id,
@@ -55,8 +59,10 @@ bool Session::ContinueAdvance(Clock::Time slice_end) {
         engine_->Step({.visits_max = std::min(visits_left, visits), .cancel = &stop_advance_});
     const Clock::Time now = clock.Now();
     advance.compute += now - step_begin;
-    if (!result.ok()) {
-      FailAdvance(result.error());
+    Charge(now - step_begin);
+    const Status room = result.ok() ? CheckRoom(Usage()) : Status(result.error());
+    if (!room.ok()) {
+      FailAdvance(room.error());
       return true;
     }
     advance.progress = *result;
@@ -135,6 +141,7 @@ std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
 // A revision is there: for the history, for who asks, and for who listens.
 void Session::Publish(const std::shared_ptr<const MeshDiff>& diff, std::int64_t update_id) {
   history_.Add(diff);
+  ReportUsage();
   followers_wait_ = true;
   revision_ = diff->revision;
   applied_update_id_ = update_id;

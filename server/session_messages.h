@@ -212,6 +212,7 @@ struct SessionInfo {
   std::int64_t last_update_id = 0;
   bool running = false;
   std::vector<std::int64_t> saved_revisions = {};
+  std::int64_t memory_bytes = 0;  ///< Roughly; 0 while it is built.
   std::chrono::system_clock::time_point create_time = {};
   std::optional<std::chrono::system_clock::time_point> commit_time = {};
 };

@@ -72,6 +72,7 @@ void Session::TearDown(const Error& error) {
   engine_.reset();
   history_ = DiffHistory(0);
   undo_.Clear();
+  ReportUsage();
   std::shared_ptr<Editor> editor;
   std::optional<StartRequest> start;
   {

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "server/limits.h"
 
 namespace pliant::server {
 namespace {
@@ -30,10 +31,10 @@ Result<std::string> SessionRegistry::Reserve(const std::string& tenant,
                  "session_id"};
   }
   if (entries_.size() >= bounds_.sessions_max) {
-    return Error{ErrorCode::kResourceExhausted,
-                 "this server has its " + std::to_string(bounds_.sessions_max) +
-                     " sessions already; delete one or try again later",
-                 {}};
+    return Error{.code = ErrorCode::kResourceExhausted,
+                 .message = "this server has its " + std::to_string(bounds_.sessions_max) +
+                            " sessions already; delete one or try again later",
+                 .retry_after_ms = kSessionRetryMs};
   }
   std::size_t& count = counts_[tenant];
   if (count >= bounds_.sessions_per_tenant_max) {
@@ -94,6 +95,23 @@ SessionRegistry::Page SessionRegistry::List(const std::string& tenant, std::int6
   }
   page.next = 0;
   return page;
+}
+
+std::size_t SessionRegistry::CloseIdle(Clock::Time before, const Error& error) {
+  std::vector<std::pair<std::string, std::shared_ptr<Session>>> published;
+  {
+    const std::lock_guard lock(mutex_);
+    for (const auto& [name, entry] : entries_) {
+      if (entry.session != nullptr) published.emplace_back(name.first, entry.session);
+    }
+  }
+  std::size_t closed = 0;
+  for (const auto& [tenant, session] : published) {
+    if (!session->CloseIfIdle(before, error)) continue;
+    Remove(tenant, session->session_id());
+    ++closed;
+  }
+  return closed;
 }
 
 std::vector<std::shared_ptr<Session>> SessionRegistry::All() const {

@@ -52,6 +52,10 @@ class SessionRegistry {
   [[nodiscard]] Page List(const std::string& tenant, std::int64_t after,
                           std::size_t count_max) const;
 
+  /// Ends and removes the sessions that nobody has used since `before`, as Session::CloseIfIdle has
+  /// it, with this error. @return how many
+  std::size_t CloseIdle(Clock::Time before, const Error& error);
+
   /// All published sessions of all tenants, oldest first.
   [[nodiscard]] std::vector<std::shared_ptr<Session>> All() const;
 

@@ -94,7 +94,11 @@ Status Session::ForkInto(Session& other, Revision revision) const {
     PLIANT_ASSIGN_OR_RETURN(way, undo_.WayTo(revision, revision_));
   }
   PLIANT_ASSIGN_OR_RETURN(StagedEngine copy, engine_->Fork(way ? &*way : nullptr));
+  const SessionUsage usage{.vertices = copy.engine().vertex_count(),
+                           .bytes = copy.engine().vertex_count() * kBytesPerVertex};
+  PLIANT_RETURN_IF_ERROR(other.CheckRoom(usage));
   other.engine_.emplace(std::move(copy));
+  other.ReportUsage();
   other.revision_ = revision;
   other.active_count_ = way ? way->active_count : active_count_;
   const std::lock_guard lock(other.mutex_);

@@ -61,7 +61,8 @@ Error ErrorFromDetail(const v1::ErrorDetail& detail) {
           .message = std::move(message),
           .field = detail.field(),
           .index = detail.index(),
-          .other_index = detail.other_index()};
+          .other_index = detail.other_index(),
+          .retry_after_ms = detail.retry_after_ms()};
 }
 
 Error ErrorFromStatus(const grpc::Status& status) {

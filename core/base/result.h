@@ -86,6 +86,8 @@ struct Error {
   std::int64_t index = -1;
   /// The second one where two clash (two segments that cross); -1 otherwise.
   std::int64_t other_index = -1;
+  /// When trying again makes sense, in ms from now; 0 if that is not known.
+  std::int64_t retry_after_ms = 0;
 };
 
 /// A T, or the reason why there is none. T must not be Error.

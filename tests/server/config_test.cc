@@ -73,6 +73,11 @@ TEST(Config, RefusesNumbersOutOfRangeAndUnknownFlags) {
   EXPECT_EQ(Parse({"--tls-cert", "x"}).error().field, "tls-cert");
   EXPECT_EQ(Parse({"--tls-client-ca", "x"}).error().field, "tls-client-ca");
   EXPECT_EQ(Parse({"--bookmark-ms", "0"}).error().field, "bookmark-ms");
+  for (const std::string key : {"tenant-vertices-max", "tenant-bytes-max", "tenant-compute-percent",
+                                "tenant-compute-burst-ms", "idle-close-s"}) {
+    EXPECT_TRUE(Parse({("--" + key).c_str(), "0"}).ok()) << key;
+    EXPECT_EQ(Parse({("--" + key).c_str(), "-1"}).error().field, key);
+  }
   EXPECT_FALSE(Parse({"--no-such-flag"}).ok());
   EXPECT_FALSE(Parse({"--log-level", "loud"}).ok());
   EXPECT_FALSE(Parse({"--data", "/var/lib"}).ok()) << "there is no store yet";

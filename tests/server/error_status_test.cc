@@ -29,6 +29,22 @@ TEST(ErrorStatus, MapsCausesAsTheReadmeSays) {
   }
 }
 
+TEST(ErrorStatus, SaysWhenToTryAgain) {
+  const grpc::Status status = ToGrpcStatus(
+      {.code = ErrorCode::kResourceExhausted, .message = "later", .retry_after_ms = 2'500});
+  v1::ErrorStatus wire;
+  ASSERT_TRUE(wire.ParseFromString(status.error_details()));
+  ASSERT_EQ(wire.details_size(), 2);
+  v1::ErrorDetail detail;
+  ASSERT_TRUE(detail.ParseFromString(wire.details(0).value()));
+  EXPECT_EQ(detail.retry_after_ms(), 2'500);
+  EXPECT_EQ(wire.details(1).type_url(), "type.googleapis.com/google.rpc.RetryInfo");
+  v1::RetryInfo retry;
+  ASSERT_TRUE(retry.ParseFromString(wire.details(1).value()));
+  EXPECT_EQ(retry.retry_delay().seconds(), 2);
+  EXPECT_EQ(retry.retry_delay().nanos(), 500'000'000);
+}
+
 TEST(ErrorStatus, SendsDetailsForProgramsAndABadRequestForTools) {
   const grpc::Status status = ToGrpcStatus({.code = ErrorCode::kCrossingSegments,
                                             .message = "segments 7 and 12 cross",
