@@ -1,6 +1,8 @@
 // Goal: the promises of proto/README.md, seen from a client with nothing but the wire and the real
 // engine behind it. A failure prints the promise. Durable comes with the store; Valid, Terminating
 // and Bounded have their own tests in tests/core and tests/server besides.
+#include "tests/protocol/promises.h"
+
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -15,19 +17,12 @@
 namespace pliant::test {
 namespace {
 
-constexpr const char* kOrdered =
-    "My mirror gets every revision in order, whole, without gaps, and can prove it by counts and "
-    "hash.";
 constexpr const char* kDeterministic =
     "The same input and seed give me the same mesh to the last bit, here and through the server.";
 constexpr const char* kLocal =
     "What I pay for an update grows with what I changed, not with the size of my mesh.";
 constexpr const char* kStable =
     "What my update did not touch keeps its id, its coordinates to the last bit, and its tag.";
-constexpr const char* kResumable =
-    "When my connection breaks I name my last revision and go on; nothing I sent is applied twice.";
-constexpr const char* kIsolated =
-    "Nobody else's bad input, bug or huge mesh ends, corrupts or endlessly delays my session.";
 constexpr const char* kValid =
     "Whatever I send, every mesh I get is a proper triangulation of my domain: no inverted "
     "triangle, every boundary and internal line there with its tag.";
@@ -42,7 +37,7 @@ Mirror Fetch(InProcessServer& server, const std::string& id) {
   const grpc::Status status = server.GetMesh(request, &snapshot);
   EXPECT_TRUE(status.ok()) << status.error_message();
   Mirror mirror;
-  EXPECT_EQ(mirror.Take(snapshot), "") << kOrdered;
+  EXPECT_EQ(mirror.Take(snapshot), "") << kComplete;
   return mirror;
 }
 
@@ -51,15 +46,15 @@ v1::AdvanceResult ApplyUntil(EditClient& edit, std::int64_t update_id, Mirror& m
   v1::AdvanceResult result;
   for (const v1::EditResponse& response : edit.Until(update_id)) {
     if (response.has_diff()) {
-      EXPECT_EQ(mirror.Apply(response.diff()), "") << kOrdered;
+      EXPECT_EQ(mirror.Apply(response.diff()), "") << kComplete;
     }
     if (response.has_rejected()) {
       ADD_FAILURE() << response.rejected().error().message();
     }
     if (response.has_advanced()) result = response.advanced();
   }
-  EXPECT_EQ(result.revision(), mirror.revision) << kOrdered;
-  EXPECT_EQ(result.state_hash(), mirror.Hash()) << kOrdered;
+  EXPECT_EQ(result.revision(), mirror.revision) << kComplete;
+  EXPECT_EQ(result.state_hash(), mirror.Hash()) << kComplete;
   return result;
 }
 
@@ -110,7 +105,7 @@ TEST(Promises, OrderedAtomicCompleteAndValid) {
   Mirror mirror;
   edit.Advance(1);
   ApplyUntil(edit, 1, mirror);
-  EXPECT_TRUE(mirror == Fetch(server, id)) << kOrdered;
+  EXPECT_TRUE(mirror == Fetch(server, id)) << kComplete;
   ExpectValidUnitSquare(mirror);
 
   std::mt19937_64 rng(/*seed=*/2);
@@ -138,7 +133,7 @@ TEST(Promises, OrderedAtomicCompleteAndValid) {
     }
     edit.Advance(++update);
     ApplyUntil(edit, update, mirror);
-    EXPECT_TRUE(mirror == Fetch(server, id)) << kOrdered;
+    EXPECT_TRUE(mirror == Fetch(server, id)) << kComplete;
     ExpectValidUnitSquare(mirror);
   }
   EXPECT_TRUE(edit.Finish().ok());
@@ -162,11 +157,11 @@ TEST(Promises, EverySubscriberIsOrderedAtomicAndComplete) {
     edit.Size(++update, "0.03 + 0.1*abs(x - 0." + std::to_string(step) + ")");
     edit.Advance(++update);
     ApplyUntil(edit, update, editor);
-    EXPECT_EQ(steady.Follow(steady_mirror, editor.revision), "") << kOrdered;
-    EXPECT_TRUE(steady_mirror == editor) << kOrdered;
+    EXPECT_EQ(steady.Follow(steady_mirror, editor.revision), "") << kComplete;
+    EXPECT_TRUE(steady_mirror == editor) << kComplete;
     if (step % 4 == 3) {
-      EXPECT_EQ(lazy.Follow(lazy_mirror, editor.revision), "") << kOrdered;
-      EXPECT_TRUE(lazy_mirror == editor) << kOrdered;
+      EXPECT_EQ(lazy.Follow(lazy_mirror, editor.revision), "") << kComplete;
+      EXPECT_TRUE(lazy_mirror == editor) << kComplete;
     }
     if (step % 3 == 0) {
       SubscribeClient visitor(server, id, visitor_mirror.revision);
@@ -411,7 +406,7 @@ TEST(Promises, AnUploadAndADownloadInChunks) {
   Mirror mirror;
   ApplyUntil(edit, 1, mirror);
   EXPECT_GT(edit.chunk_count, 4);
-  EXPECT_TRUE(mirror == Fetch(server, id)) << kOrdered;
+  EXPECT_TRUE(mirror == Fetch(server, id)) << kComplete;
   for (const std::int32_t slot : {0, 12345, 69999}) {
     // The input's points keep their slots; one vertex at most has moved.
     EXPECT_NEAR(mirror.vertices.at(slot)[0], points[2 * static_cast<std::size_t>(slot)], 0.01);

@@ -1,0 +1,306 @@
+// Goal: one checker for each of the promises Ordered, Atomic, Complete, Resumable, Isolated and
+// Bounded, whose failure is the sentence of proto/README.md.
+// Method: each is applied to what real sessions show, and then to the same with a fault put in that
+// the promise excludes: a checker that cannot fail is none.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <malloc.h>
+
+#include <algorithm>
+#include <fstream>
+#include <sstream>
+#include <string>
+#include <utility>
+
+#include "core/base/check.h"
+#include "tests/protocol/promises.h"
+#include "tests/support/in_process_server.h"
+#include "tests/support/subscribe_client.h"
+
+namespace pliant::test {
+namespace {
+
+using testing::HasSubstr;
+
+Mirror Fetch(InProcessServer& server, const std::string& id) {
+  v1::GetMeshRequest request;
+  request.set_session_id(id);
+  v1::MeshSnapshot snapshot;
+  const grpc::Status status = server.GetMesh(request, &snapshot);
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  Mirror mirror;
+  EXPECT_EQ(mirror.Take(snapshot), "");
+  return mirror;
+}
+
+/// A client that keeps what it sent and saw.
+class Recorder {
+ public:
+  Recorder(InProcessServer& server, const std::string& id) : edit_(server, id) {}
+
+  void Stage(const std::string& size) {
+    transcript.updates.insert(++update_);
+    edit_.Size(update_, size);
+    Read();
+  }
+  void Advance() {
+    transcript.advances.insert(++update_);
+    edit_.Advance(update_);
+    Read();
+  }
+  Transcript transcript;
+
+ private:
+  void Read() {
+    for (v1::EditResponse& response : edit_.Until(update_)) {
+      transcript.seen.push_back(std::move(response));
+    }
+  }
+  EditClient edit_;
+  std::int64_t update_ = 0;
+};
+
+/// Steps with good and refused updates, in a session of its own.
+struct Story {
+  Story() {
+    std::string id;
+    EXPECT_TRUE(server.Create(UnitSquare("0.1"), &id).ok());
+    Recorder recorder(server, id);
+    recorder.Advance();
+    for (const char* size : {"0.08", "0.05 +", "0.07"}) {
+      recorder.Stage(size);
+      recorder.Stage("0.06");
+      recorder.Advance();
+    }
+    recorder.Stage("0.05 + 0.1*x");
+    recorder.Advance();
+    transcript = std::move(recorder.transcript);
+    truth = Fetch(server, id);
+  }
+  /// The places of diffs in what was seen.
+  std::vector<std::size_t> Diffs() const {
+    std::vector<std::size_t> places;
+    for (std::size_t i = 0; i < transcript.seen.size(); ++i) {
+      if (transcript.seen[i].has_diff()) places.push_back(i);
+    }
+    return places;
+  }
+  InProcessServer server;
+  Transcript transcript;
+  Mirror truth;
+};
+
+TEST(PromiseCheckers, Ordered) {
+  const Story story;
+  EXPECT_EQ(CheckOrdered(story.transcript), "");
+  const auto diffs = story.Diffs();
+  ASSERT_GE(diffs.size(), 4U);
+  Transcript swapped = story.transcript;
+  std::swap(*swapped.seen[diffs[1]].mutable_diff(), *swapped.seen[diffs[2]].mutable_diff());
+  EXPECT_THAT(CheckOrdered(swapped), HasSubstr(kOrdered));
+  Transcript twice = story.transcript;
+  twice.seen.insert(twice.seen.begin() + static_cast<std::ptrdiff_t>(diffs[2]),
+                    twice.seen[diffs[1]]);
+  EXPECT_THAT(CheckOrdered(twice), HasSubstr(kOrdered));
+  Transcript falling = story.transcript;
+  falling.seen.back().set_revision(1);
+  EXPECT_THAT(CheckOrdered(falling), HasSubstr(kOrdered));
+}
+
+TEST(PromiseCheckers, Atomic) {
+  const Story story;
+  EXPECT_EQ(CheckAtomic(story.transcript), "");
+  // A step of which a part was refused is committed all the same.
+  Transcript half = story.transcript;
+  const auto refused =
+      std::find_if(half.seen.begin(), half.seen.end(), [&](const v1::EditResponse& response) {
+        return response.has_rejected() && half.advances.contains(response.update_id());
+      });
+  ASSERT_NE(refused, half.seen.end()) << "the story has a refused step";
+  refused->mutable_advanced()->set_base_revision(2);
+  refused->mutable_advanced()->set_revision(3);
+  EXPECT_THAT(CheckAtomic(half), HasSubstr(kAtomic));
+  // One step in two revisions.
+  Transcript split = story.transcript;
+  split.seen.back().mutable_advanced()->set_revision(split.seen.back().advanced().base_revision() +
+                                                     2);
+  EXPECT_THAT(CheckAtomic(split), HasSubstr(kAtomic));
+  // A refused step that left something behind.
+  Transcript leaking = story.transcript;
+  for (v1::EditResponse& response : leaking.seen) {
+    if (response.has_rejected() && leaking.advances.contains(response.update_id())) {
+      response.set_revision(response.revision() + 1);
+    }
+  }
+  EXPECT_THAT(CheckAtomic(leaking), HasSubstr(kAtomic));
+}
+
+TEST(PromiseCheckers, Complete) {
+  const Story story;
+  EXPECT_EQ(CheckComplete(story.transcript, story.truth), "");
+  const auto diffs = story.Diffs();
+  Transcript gap = story.transcript;
+  gap.seen.erase(gap.seen.begin() + static_cast<std::ptrdiff_t>(diffs[1]));
+  EXPECT_THAT(CheckComplete(gap, story.truth), HasSubstr(kComplete));
+  Transcript bent = story.transcript;
+  std::string& positions =
+      *bent.seen[diffs[1]].mutable_diff()->mutable_vertex_positions()->mutable_data();
+  positions[0] = static_cast<char>(positions[0] ^ 1);  // The last bit of a coordinate.
+  EXPECT_THAT(CheckComplete(bent, story.truth), HasSubstr(kComplete));
+  Transcript cut = story.transcript;
+  cut.seen.resize(diffs.back());
+  EXPECT_THAT(CheckComplete(cut, story.truth), HasSubstr(kComplete));
+}
+
+// Method: the stream is given up after every possible number of answers; the client opens again at
+//         its mirror's revision and repeats what had no answer.
+Mirror EditWithBreakAfter(InProcessServer& server, int answers) {
+  std::string id;
+  EXPECT_TRUE(server.Create(UnitSquare("0.1"), &id).ok());
+  Mirror mirror;
+  std::int64_t answered = 0;
+  const auto run = [&](int answers_max) {
+    EditClient edit(server, id, mirror.revision);
+    const std::vector<std::string> sizes{"", "0.08", "", "0.06", ""};
+    for (std::size_t i = static_cast<std::size_t>(answered); i < sizes.size(); ++i) {
+      const auto update = static_cast<std::int64_t>(i + 1);
+      if (sizes[i].empty()) {
+        edit.Advance(update);
+      } else {
+        edit.Size(update, sizes[i]);
+      }
+    }
+    for (int seen = 0; seen < answers_max && answered < 5; ++seen) {
+      const v1::EditResponse response = edit.Next();
+      std::string wrong;
+      if (response.has_diff()) wrong = mirror.Apply(response.diff());
+      if (response.has_snapshot()) wrong = mirror.Take(response.snapshot());
+      EXPECT_EQ(wrong, "");
+      if (response.has_accepted() || response.has_advanced()) answered = response.update_id();
+    }
+    edit.Cancel();
+  };
+  run(answers);
+  for (int tries = 0; answered < 5 && tries < 100; ++tries) run(1000);
+  return mirror;
+}
+
+TEST(PromiseCheckers, Resumable) {
+  InProcessServer server;
+  const Mirror whole = EditWithBreakAfter(server, 1000);
+  EXPECT_EQ(whole.revision, 3);
+  Mirror broken;
+  for (int answers = 1; answers <= 8; ++answers) {
+    SCOPED_TRACE(answers);
+    broken = EditWithBreakAfter(server, answers);
+    EXPECT_EQ(CheckResumable(broken, whole), "");
+  }
+  Mirror applied_twice = broken;
+  ++applied_twice.revision;
+  EXPECT_THAT(CheckResumable(applied_twice, whole), HasSubstr(kResumable));
+  Mirror another = broken;
+  another.vertices.begin()->second[0] += 1e-9;
+  EXPECT_THAT(CheckResumable(another, whole), HasSubstr(kResumable));
+}
+
+/// An engine that meets a bug in its second step.
+server::EngineFactory BuggyWhere(const std::string& size) {
+  return [size](const server::EngineInput& input) {
+    const auto* metric = std::get_if<SizeMetric>(&input.metric.source);
+    PLIANT_CHECK(metric == nullptr || metric->size != size, "test", size);
+    return server::RemesherFactory()(input);
+  };
+}
+
+Share Drive(InProcessServer& server, const std::string& id) {
+  EditClient edit(server, id);
+  edit.Advance(1);
+  edit.Size(2, "0.05");
+  edit.Advance(3);
+  const v1::EditResponse last = edit.Until(3).back();
+  return {last.advanced().state_hash(), last.advanced().revision(), !last.has_advanced()};
+}
+
+// Method: a neighbour sends bad input, meets a bug, is cancelled and vanishes, and builds a mesh a
+//         hundred times as large, all before and while the session works.
+TEST(PromiseCheckers, Isolated) {
+  InProcessServer alone_server;
+  std::string id;
+  ASSERT_TRUE(alone_server.Create(UnitSquare("0.1"), &id).ok());
+  const Share alone = Drive(alone_server, id);
+
+  InProcessServer server(BuggyWhere("0.123"));
+  std::string huge;
+  ASSERT_TRUE(server.Create(UnitSquare("0.005"), &huge).ok());
+  EditClient huge_edit(server, huge);
+  huge_edit.Advance(1);
+  std::string bad;
+  EXPECT_EQ(server.Create(UnitSquare("0.123"), &bad).error_code(), grpc::StatusCode::INTERNAL);
+  ASSERT_TRUE(server.Create(UnitSquare("0.1"), &bad).ok());
+  EditClient bad_edit(server, bad);
+  bad_edit.Size(1, "0.1 +");
+  bad_edit.Size(2, "-1");
+  bad_edit.Advance(3);
+  EditClient vanishing(server, bad);
+  vanishing.Cancel();
+  ASSERT_TRUE(server.Create(UnitSquare("0.1"), &id).ok());
+  const Share beside = Drive(server, id);
+  EXPECT_EQ(CheckIsolated(beside, alone), "");
+  huge_edit.Cancel();
+
+  Share ended = beside;
+  ended.ended = true;
+  EXPECT_THAT(CheckIsolated(ended, alone), HasSubstr(kIsolated));
+  Share corrupted = beside;
+  ++corrupted.state_hash;
+  EXPECT_THAT(CheckIsolated(corrupted, alone), HasSubstr(kIsolated));
+}
+
+// Method: two subscribers, of which one stops reading, while diffs of far more bytes than the bound
+//         are made. What is in use afterwards, beyond what it was when the history was full, is
+//         what is held for the one that does not read.
+TEST(PromiseCheckers, Bounded) {
+  constexpr std::int64_t kBytesMax = 24 << 20;
+  InProcessServer server;
+  std::string id;
+  ASSERT_TRUE(server.Create(UnitSquare("0.02"), &id).ok());
+  EditClient edit(server, id);
+  edit.Advance(1);
+  edit.Until(1);
+  std::int64_t update = 1;
+  std::int64_t diff_bytes = 0;
+  const auto steps = [&](int count) {
+    for (int i = 0; i < count; ++i) {
+      edit.Size(++update, i % 2 == 0 ? "0.025" : "0.02");
+      edit.Advance(++update);
+      for (const v1::EditResponse& response : edit.Until(update)) {
+        if (response.has_diff()) diff_bytes += static_cast<std::int64_t>(response.ByteSizeLong());
+      }
+    }
+  };
+  const auto in_use = [] { return static_cast<std::int64_t>(mallinfo2().uordblks); };
+  steps(150);  // History and undo data reach their bounds, or nearly.
+  SubscribeClient slow(server, id);
+  const std::int64_t before = in_use();
+  diff_bytes = 0;
+  steps(250);
+  const std::int64_t held = in_use() - before;
+  EXPECT_GT(diff_bytes, kBytesMax) << "too little was sent to tell";
+  EXPECT_EQ(CheckBounded(held, kBytesMax), "");
+  EXPECT_THAT(CheckBounded(diff_bytes, kBytesMax), HasSubstr(kBounded));
+  Mirror mirror;
+  EXPECT_EQ(slow.Follow(mirror, Fetch(server, id).revision), "");
+}
+
+// The sentences are those that users read.
+TEST(PromiseCheckers, SayWhatTheReadmeSays) {
+  std::ifstream file(PLIANT_SOURCE_DIR "/proto/README.md");
+  std::stringstream text;
+  text << file.rdbuf();
+  for (const char* promise : {kOrdered, kAtomic, kComplete, kResumable, kIsolated, kBounded}) {
+    EXPECT_THAT(text.str(), HasSubstr(promise));
+  }
+}
+
+}  // namespace
+}  // namespace pliant::test
