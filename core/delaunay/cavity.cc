@@ -32,7 +32,7 @@ class CavityFiller {
     const Result<DomainTriangulation> filled = TriangulateDomain(domain_);
     if (!filled.ok()) return std::nullopt;
     std::optional<std::vector<NewTriangle>> triangles = Inside(*filled);
-    if (!triangles || !CoversWalls(*triangles)) return std::nullopt;
+    if (!triangles || !covers_all()) return std::nullopt;
     edit_.ReplaceCavity(cavity_, *triangles);
     for (const VertexId vertex : gone_) edit_.RemoveVertex(vertex);
     return Retriangulated{gone_, points_};
@@ -96,8 +96,8 @@ class CavityFiller {
 
   /// The triangles left of the walls, with the regions that were there; the others fill holes of
   /// the cavity. Nothing if a part has no wall or walls that disagree.
-  [[nodiscard]] std::optional<std::vector<NewTriangle>> Inside(
-      const DomainTriangulation& filled) const {
+  [[nodiscard]] std::optional<std::vector<NewTriangle>> Inside(const DomainTriangulation& filled) {
+    used_.assign(points_.size(), false);
     enum class Part : std::uint8_t { kUnknown, kInside, kOutside };
     const std::size_t count = filled.triangles.size();
     std::vector<bool> seen(count, false);
@@ -108,6 +108,7 @@ class CavityFiller {
       if (seen[start]) continue;
       Part part = Part::kUnknown;
       std::int32_t region = 0;
+      std::size_t wall_count = 0;
       members.clear();
       stack = {start};
       seen[start] = true;
@@ -131,12 +132,15 @@ class CavityFiller {
           const bool differs = part == Part::kInside && found == part && wall->second != region;
           if ((part != Part::kUnknown && part != found) || differs) return std::nullopt;
           part = found;
+          ++wall_count;
           if (found == Part::kInside) region = wall->second;
         }
       }
       if (part != Part::kInside) continue;
+      covered_walls_ += wall_count;
       for (const std::size_t t : members) {
         const auto& p = filled.triangles[t].points;
+        for (const std::int32_t point : p) used_[static_cast<std::size_t>(point)] = true;
         inside.push_back({{PointOf(p[0]), PointOf(p[1]), PointOf(p[2])}, region});
       }
     }
@@ -148,18 +152,9 @@ class CavityFiller {
   }
 
   /// Every wall has its triangle and every point is used.
-  [[nodiscard]] bool CoversWalls(const std::vector<NewTriangle>& triangles) const {
-    std::size_t walls = 0;
-    std::vector<bool> used(points_.size(), false);
-    for (const NewTriangle& triangle : triangles) {
-      for (std::size_t k = 0; k < 3; ++k) {
-        const VertexId a = triangle.vertices[k];
-        const VertexId b = triangle.vertices[(k + 1) % 3];
-        used[static_cast<std::size_t>(Dense(a))] = true;
-        if (walls_.contains({a, b})) ++walls;
-      }
-    }
-    return walls == walls_.size() && std::find(used.begin(), used.end(), false) == used.end();
+  [[nodiscard]] bool covers_all() const {
+    return covered_walls_ == walls_.size() &&
+           std::find(used_.begin(), used_.end(), false) == used_.end();
   }
 
   MeshEdit& edit_;
@@ -169,6 +164,8 @@ class CavityFiller {
   std::map<Directed, std::int32_t> walls_;
   std::vector<VertexId> points_;
   std::vector<VertexId> gone_;
+  std::vector<bool> used_;  // By place in points_: has a new triangle.
+  std::size_t covered_walls_ = 0;
   Domain domain_;
 };
 

@@ -22,7 +22,7 @@ struct Retriangulated {
 ///
 /// @return nothing, and the mesh untouched, if the rim and the constrained edges cross at these
 ///         positions: a larger cavity may do.
-/// @par Cost O(n^2) for n triangles, with a small constant
+/// @par Cost O(n log n) for n triangles
 std::optional<Retriangulated> RetriangulateCavity(MeshEdit& edit,
                                                   const std::vector<TriangleId>& cavity,
                                                   const std::function<bool(VertexId)>& keeps);

@@ -51,8 +51,8 @@ Sweep SweepOf(const Mesh& mesh, const SuddenMove& move, std::array<VertexId, 2> 
   return sweep;
 }
 
-void AddTrianglesAt(const Mesh& mesh, VertexId vertex, std::vector<TriangleId>& triangles) {
-  Star star;
+void AddTrianglesAt(const Mesh& mesh, VertexId vertex, Star& star,
+                    std::vector<TriangleId>& triangles) {
   for (const TriangleId fan : FansOf(mesh, vertex)) {
     star.Gather(mesh, vertex, fan);
     triangles.insert(triangles.end(), star.triangles().begin(), star.triangles().end());
@@ -84,6 +84,7 @@ std::vector<TriangleId> OvertakenCavity(const Mesh& mesh, std::vector<TriangleId
   for (const Sweep& sweep : sweeps) boxes.push_back(sweep.box);
   const BoxTree tree(boxes);
   PlaceMap seen;
+  Star star;
   while (!waiting.empty()) {
     const VertexId vertex = waiting.back();
     waiting.pop_back();
@@ -97,7 +98,7 @@ std::vector<TriangleId> OvertakenCavity(const Mesh& mesh, std::vector<TriangleId
     });
     if (!passes) continue;
     const std::size_t first = cavity.size();
-    AddTrianglesAt(mesh, vertex, cavity);
+    AddTrianglesAt(mesh, vertex, star, cavity);
     for (std::size_t i = first; i < cavity.size(); ++i) {
       const auto& v = mesh.triangle(cavity[i]).vertices;
       waiting.insert(waiting.end(), v.begin(), v.end());
@@ -114,7 +115,8 @@ std::vector<TriangleId> WithRing(const Mesh& mesh, std::vector<TriangleId> cavit
     corners.insert(corners.end(), v.begin(), v.end());
   }
   SortAndDropRepeats(corners);
-  for (const VertexId vertex : corners) AddTrianglesAt(mesh, vertex, cavity);
+  Star star;
+  for (const VertexId vertex : corners) AddTrianglesAt(mesh, vertex, star, cavity);
   SortAndDropRepeats(cavity);
   return cavity;
 }

@@ -8,6 +8,9 @@ namespace {
 
 constexpr std::int32_t kNoHint = -1;
 
+/// Up to this many triangles or sides, looking through all of them is fastest.
+constexpr std::size_t kFewTriangles = 32;
+
 constexpr std::uint8_t Bit(int side) { return static_cast<std::uint8_t>(1U << side); }
 
 constexpr bool IsConstrained(const TriangleRecord& triangle, int side) {
@@ -45,6 +48,40 @@ void Bury(Record& record, std::int32_t slot, SlotAllocator& allocator) {
     allocator.Free(slot);
   }
 }
+
+/// Finds directed sides by their ends: of few by looking through them, of many in a sorted table.
+template <class Side>
+class SideTable {
+ public:
+  explicit SideTable(std::span<const Side> sides) : sides_(sides) {
+    if (sides.size() <= kFewTriangles) return;
+    for (const Side& side : sides) sorted_.push_back(&side);
+    std::sort(sorted_.begin(), sorted_.end(), [](const Side* a, const Side* b) {
+      return std::pair(a->from, a->to) < std::pair(b->from, b->to);
+    });
+  }
+
+  /// The side with these ends; null if there is none.
+  [[nodiscard]] const Side* Find(VertexId from, VertexId to) const {
+    if (sorted_.empty()) {
+      const auto at = std::find_if(sides_.begin(), sides_.end(), [&](const Side& side) {
+        return side.from == from && side.to == to;
+      });
+      return at == sides_.end() ? nullptr : &*at;
+    }
+    const auto at =
+        std::lower_bound(sorted_.begin(), sorted_.end(), std::pair(from, to),
+                         [](const Side* side, const std::pair<VertexId, VertexId>& ends) {
+                           return std::pair(side->from, side->to) < ends;
+                         });
+    const bool found = at != sorted_.end() && (*at)->from == from && (*at)->to == to;
+    return found ? *at : nullptr;
+  }
+
+ private:
+  std::span<const Side> sides_;
+  std::vector<const Side*> sorted_;
+};
 
 }  // namespace
 
@@ -200,11 +237,21 @@ void MeshEdit::ReplaceCavity(std::span<const TriangleId> cavity,
 
 std::vector<MeshEdit::OuterSide> MeshEdit::OuterSidesOf(std::span<const TriangleId> cavity) const {
   std::vector<OuterSide> sides;
+  // Few are looked through, as after a deletion; of many a sorted copy is worth its price.
+  std::vector<TriangleId> sorted;
+  if (cavity.size() > kFewTriangles) {
+    sorted.assign(cavity.begin(), cavity.end());
+    std::sort(sorted.begin(), sorted.end());
+  }
+  const auto is_inside = [&](TriangleId id) {
+    if (sorted.empty()) return std::find(cavity.begin(), cavity.end(), id) != cavity.end();
+    return std::binary_search(sorted.begin(), sorted.end(), id);
+  };
   for (const TriangleId id : cavity) {
     const TriangleRecord& record = mesh_.triangle(id);
     for (int side = 0; side < 3; ++side) {
       const TriangleId beyond = At(record.neighbors, side);
-      const bool inner = std::find(cavity.begin(), cavity.end(), beyond) != cavity.end();
+      const bool inner = is_inside(beyond);
       if (inner && !IsConstrained(record, side)) continue;
       sides.push_back({At(record.vertices, NextCorner(side)),
                        At(record.vertices, PreviousCorner(side)), inner ? TriangleId() : beyond,
@@ -215,15 +262,13 @@ std::vector<MeshEdit::OuterSide> MeshEdit::OuterSidesOf(std::span<const Triangle
 }
 
 void MeshEdit::LinkSides(std::span<const OpenSide> open, std::span<const OuterSide> outer) {
+  const SideTable<OpenSide> open_at(open);
+  const SideTable<OuterSide> outer_at(outer);
   for (const OpenSide& side : open) {
     TriangleRecord& record = TouchTriangle(side.triangle);
-    const auto twin = std::find_if(open.begin(), open.end(), [&](const OpenSide& other) {
-      return other.from == side.to && other.to == side.from;
-    });
-    const auto old = std::find_if(outer.begin(), outer.end(), [&](const OuterSide& other) {
-      return other.from == side.from && other.to == side.to;
-    });
-    if (old != outer.end() && old->beyond.valid()) {
+    const OpenSide* const twin = open_at.Find(side.to, side.from);
+    const OuterSide* const old = outer_at.Find(side.from, side.to);
+    if (old != nullptr && old->beyond.valid()) {
       At(record.neighbors, side.side) = old->beyond;
       // The neighbour may stand behind several sides of the cavity: find it by its corners.
       TriangleRecord& neighbor = TouchTriangle(old->beyond);
@@ -233,11 +278,11 @@ void MeshEdit::LinkSides(std::span<const OpenSide> open, std::span<const OuterSi
           At(neighbor.neighbors, k) = side.triangle;
         }
       }
-    } else if (twin != open.end()) {
+    } else if (twin != nullptr) {
       At(record.neighbors, side.side) = twin->triangle;
     }
     const bool constrained =
-        old != outer.end() ? old->constrained : mesh_.FindEdge(side.from, side.to).valid();
+        old != nullptr ? old->constrained : mesh_.FindEdge(side.from, side.to).valid();
     PLIANT_DCHECK(constrained || At(record.neighbors, side.side).valid(), "from", side.from, "to",
                   side.to);
     if (constrained)

@@ -11,16 +11,29 @@
 namespace pliant {
 
 /// Where a vertex stands in a list, for a few vertices of a large mesh: a hash table with open
-/// addressing, several times as fast as std::unordered_map, that only grows.
+/// addressing, several times as fast as std::unordered_map, that only grows. Once it has a good
+/// share of the mesh's vertices it becomes a plain array over the slots, faster again.
 ///
 /// Nothing iterates over it, so that the order in its memory reaches no mesh.
 class PlaceMap {
  public:
   static constexpr std::int32_t kNone = -1;
 
+  PlaceMap() = default;
+  /// @param slot_count  Mesh::vertex_slots() of a mesh whose slots stay as many.
+  explicit PlaceMap(std::int32_t slot_count) : slot_count_(static_cast<std::size_t>(slot_count)) {}
+
   /// Makes room for `count` vertices.
   void Reserve(std::size_t count) {
-    if (2 * count <= table_.size()) return;
+    if (!by_slot_.empty() || 2 * count <= table_.size()) return;
+    if (kDenseShare * count >= slot_count_ && slot_count_ > 0) {
+      by_slot_.assign(slot_count_, kNone);
+      for (const Entry& entry : table_) {
+        if (entry.slot >= 0) by_slot_[static_cast<std::size_t>(entry.slot)] = entry.place;
+      }
+      table_.clear();
+      return;
+    }
     std::vector<Entry> old(std::bit_ceil(2 * count + 16));
     std::swap(old, table_);
     for (const Entry& entry : old) {
@@ -31,6 +44,12 @@ class PlaceMap {
   /// Sets the place of a vertex that has none yet. @return false, and nothing, if it has one
   bool Add(VertexId vertex, std::int32_t place) {
     Reserve(count_ + 1);
+    if (!by_slot_.empty()) {
+      std::int32_t& known = by_slot_[vertex.index()];
+      if (known != kNone) return false;
+      known = place;
+      return true;
+    }
     Entry* const entry = Find(vertex.value());
     if (entry->slot >= 0) return false;
     *entry = {vertex.value(), place};
@@ -40,6 +59,7 @@ class PlaceMap {
 
   /// The place of a vertex, or kNone.
   [[nodiscard]] std::int32_t At(VertexId vertex) const {
+    if (!by_slot_.empty()) return by_slot_[vertex.index()];
     if (table_.empty()) return kNone;
     std::size_t at = Home(vertex.value());
     while (table_[at].slot >= 0 && table_[at].slot != vertex.value()) {
@@ -65,6 +85,11 @@ class PlaceMap {
     return &table_[at];
   }
 
+  /// With one vertex in so many, the array takes no more memory than the table.
+  static constexpr std::size_t kDenseShare = 16;
+
+  std::size_t slot_count_ = 0;  // 0: never an array.
+  std::vector<std::int32_t> by_slot_;
   std::vector<Entry> table_;
   std::size_t count_ = 0;
 };

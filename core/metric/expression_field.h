@@ -28,6 +28,9 @@ class ExpressionField : public MetricField {
   };
 
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const final;
+  [[nodiscard]] std::optional<Metric> Probe(Vec2 p, std::int32_t& /*hint*/) const final {
+    return Evaluate(p);
+  }
   [[nodiscard]] Status status() const final;
   [[nodiscard]] Status Save(ByteWriter& writer) const final;
   [[nodiscard]] std::size_t bytes() const final;

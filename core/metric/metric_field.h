@@ -2,6 +2,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 
 #include "core/base/bytes.h"
 #include "core/base/result.h"
@@ -26,6 +27,12 @@ class MetricField {
   ///              value at its nearest point holds.
   /// @param hint  where the last search near p ended, kNoHint at first; only ever a speed-up.
   [[nodiscard]] virtual Metric At(Vec2 p, std::int32_t& hint) const = 0;
+
+  /// The same for someone who only looks around: nothing where there is no usable answer, and no
+  /// trace of the question in status(). The point may lie outside the domain.
+  [[nodiscard]] virtual std::optional<Metric> Probe(Vec2 p, std::int32_t& hint) const {
+    return At(p, hint);
+  }
 
   /// A question since the field was made that it had no usable answer to: an expression that is
   /// NaN or not positive definite at a point of the domain (kExpressionValue, the point in the

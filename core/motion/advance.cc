@@ -84,6 +84,7 @@ Advance::Advance(MeshEdit& edit, const MotionPlan& plan, Observer observer)
     : edit_(edit), mesh_(edit.mesh()), plan_(plan), observer_(std::move(observer)), flipper_(edit) {
   for (const Mover& mover : plan.movers()) moving_.push_back(mover.vertex);
   for (const Rider& rider : plan.riders()) moving_.push_back(rider.vertex);
+  place_of_ = PlaceMap(mesh_.vertex_slots());
   place_of_.Reserve(moving_.size());
   for (std::size_t i = 0; i < moving_.size(); ++i) {
     place_of_.Add(moving_[i], static_cast<std::int32_t>(i));
@@ -453,6 +454,9 @@ bool Advance::Retriangulate(double s) {
 }
 
 bool Advance::Fill(const std::vector<TriangleId>& cavity, double s) {
+  const bool is_frozen = std::any_of(cavity.begin(), cavity.end(),
+                                     [&](TriangleId id) { return mesh_.triangle(id).frozen; });
+  if (is_frozen) return false;
   const auto filled =
       RetriangulateCavity(edit_, cavity, [&](VertexId vertex) { return !IsFree(vertex); });
   if (!filled) return false;

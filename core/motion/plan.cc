@@ -282,7 +282,7 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
   using Entry = std::tuple<double, VertexId, std::size_t>;
   std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
   std::vector<Reached> reached;
-  PlaceMap place_of;
+  PlaceMap place_of(mesh.vertex_slots());
   const auto place = [&](VertexId vertex) {
     if (place_of.Add(vertex, static_cast<std::int32_t>(reached.size()))) reached.emplace_back();
     return static_cast<std::size_t>(place_of.At(vertex));

@@ -98,7 +98,14 @@ void Mender::Start(std::uint32_t warm_since) {
       if (!mesh_.IsLive(id)) continue;
       for (const TriangleId fan : FansOf(mesh_, id)) {
         star_.Gather(mesh_, id, fan);
-        for (const TriangleId t : star_.triangles()) AddCornersOf(t, nodes);
+        for (const TriangleId t : star_.triangles()) {
+          // Of several that the log has, the first looks at a triangle.
+          const auto& v = mesh_.triangle(t).vertices;
+          const bool is_first = std::all_of(v.begin(), v.end(), [&](VertexId corner) {
+            return corner >= id || !mesh_.vertex(corner).touched;
+          });
+          if (is_first) AddCornersOf(t, nodes);
+        }
       }
     }
   } else {

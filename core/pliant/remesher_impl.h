@@ -83,7 +83,7 @@ class Remesher::Impl {
   void LeaveNestedBuild();
   Status LetMetricFollow();
   Status LimitAgain();
-  void Apply(const WantedTensors& wanted);
+  void Apply(WantedTensors wanted);
 
   MeshDiff CommitMesh();
   void SettleMetric();

@@ -3,6 +3,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/pliant/carry.h"
 #include "core/pliant/check_options.h"
 #include "core/pliant/remesher_impl.h"
 
@@ -41,9 +42,9 @@ Status Remesher::Impl::SetField(std::unique_ptr<MetricField> field, const Metric
   PLIANT_ASSIGN_OR_RETURN(WantedTensors raw, followed_.Evaluate(*field));
   LeaveNestedBuild();
   carriers_.clear();  // Another field replaces what they carried.
-  PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted,
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted,
                           followed_.SetField(std::move(field), spec, std::move(raw)));
-  Apply(wanted);
+  Apply(std::move(wanted));
   return {};
 }
 
@@ -54,8 +55,8 @@ Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
   PLIANT_RETURN_IF_ERROR(followed_.CheckTensors(vertices, tensors));
   LeaveNestedBuild();
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
-  PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted, followed_.SetTensors(vertices, tensors));
-  if (!wanted.vertices.empty()) Apply(wanted);
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.SetTensors(vertices, tensors));
+  if (!wanted.vertices.empty()) Apply(std::move(wanted));
   return {};
 }
 
@@ -78,7 +79,7 @@ Status Remesher::Impl::Change(MeshChange& change) {
   for (const VertexId vertex : wanted.vertices) {
     wanted.tensors.push_back(followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
   }
-  Apply(wanted);
+  Apply(std::move(wanted));
   for (const VertexId vertex : outcome->disturbed) loop_.Wake(vertex);
   carriers_ = std::move(outcome->carriers);
   return {};
@@ -185,8 +186,8 @@ Status Remesher::Impl::LetMetricFollow() {
   std::vector<Metric> tensors;
   tensors.reserve(carriers.size());
   for (const VertexId vertex : carriers) tensors.push_back(mesh_.metric(vertex));
-  PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted, followed_.Carry(carriers, tensors));
-  if (!wanted.vertices.empty()) Apply(wanted);
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.Carry(carriers, tensors));
+  if (!wanted.vertices.empty()) Apply(std::move(wanted));
   return {};
 }
 
@@ -195,21 +196,32 @@ Status Remesher::Impl::LetMetricFollow() {
 /// their visits back: it is another metric now.
 Status Remesher::Impl::LimitAgain() {
   if (!followed_.limits_again()) return {};
-  PLIANT_ASSIGN_OR_RETURN(const WantedTensors wanted, followed_.Limit());
-  Apply(wanted);
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.Limit());
+  Apply(std::move(wanted));
   if (loop_.active_count() == 0) followed_.EndRounds();
   return {};
 }
 
 /// Takes over tensors that differ by more than the tolerance, and wakes their nodes. Smaller
 /// changes leave the old tensor in place, so that many of them add up and are seen at last.
-void Remesher::Impl::Apply(const WantedTensors& wanted) {
+void Remesher::Impl::Apply(WantedTensors wanted) {
   loop_.BeginUpdate(SettingsOf(options_));
+  std::vector<VertexId> disturbed;
+  // Only a mesh at rest, at the beginning of an update: later there is nothing left to carry.
+  if (edit_.committed() != Revision::kNone && edit_.log().empty() &&
+      options_.variant != Variant::kPaper && options_.permissions == Permissions{}) {
+    CarriedUpdate carried =
+        CarryAlong(edit_, followed_.field(), std::move(wanted), options_.metric_tolerance);
+    wanted = std::move(carried.wanted);
+    disturbed = std::move(carried.disturbed);
+    if (carried.carried_count > 0) followed_.MeshMoved();
+  }
   for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
     if (!followed_.Differs(mesh_.metric(wanted.vertices[i]), wanted.tensors[i])) continue;
     edit_.SetMetric(wanted.vertices[i], wanted.tensors[i]);
     loop_.Wake(wanted.vertices[i]);
   }
+  for (const VertexId vertex : disturbed) loop_.Wake(vertex);
 }
 
 }  // namespace pliant

@@ -29,6 +29,7 @@ Result<MetricSpec> BackgroundOf(const BenchCase& instance, const Request& reques
 Result<std::optional<MetricSpec>> SpecOf(const BenchCase& instance, const Request& request) {
   switch (request.form) {
     case MetricForm::kAnalytic:
+    case MetricForm::kTensors:
       return std::optional<MetricSpec>();
     case MetricForm::kExpression:
       if (auto formulas = FormulasOf(request.instance); formulas.has_value()) return formulas;

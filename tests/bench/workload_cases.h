@@ -18,6 +18,7 @@ enum class MetricForm {
   kAnalytic,    ///< A C++ function.
   kExpression,  ///< Formulas, as a client sends them.
   kBackground,  ///< Tensors at the vertices of a mesh that is already adapted to the metric.
+  kTensors,     ///< A function at first, then tensors at the vertices of the session's own mesh.
 };
 
 /// Which case, and how large.

@@ -20,7 +20,10 @@ struct Request {
   MetricForm form = MetricForm::kAnalytic;
   std::string update;           ///< "", "disc", "bump", "same", "front" or "body".
   std::int64_t changed = 1000;  ///< "bump": nodes under the bump.
-  std::int64_t steps = 50;      ///< "front": steps of 1/50 of the domain; "body": steps.
+  std::int64_t steps = 50;      ///< "front", "body": number of steps.
+  double front_step = 0.02;     ///< "front": length of a step.
+  bool displaces = false;       ///< "front": the client sends the displacement of the front, too.
+  std::int64_t swing = 0;       ///< "front": turns back after so many steps; 0: never.
   double follow = 4;            ///< "body": MotionRequest::follow_length.
   int thread_count = 1;         ///< Threads that work on the mesh.
   int repeat = 3;               ///< Runs of everything that is timed.

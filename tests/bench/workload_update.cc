@@ -8,61 +8,10 @@
 #include "client/io/medit.h"
 #include "core/mesh/export_mesh.h"
 #include "core/motion/move.h"
-#include "tests/bench/workload_run.h"
+#include "tests/bench/workload_step.h"
 
 namespace pliant::bench {
 namespace {
-
-/// One update: staging, loop and commit, timed apart, and what it changed.
-struct Update {
-  Duration stage;
-  Duration loop;
-  Duration commit;
-  Progress progress;
-  MeshDiff diff;
-
-  [[nodiscard]] Duration total() const {
-    return {stage.wall + loop.wall + commit.wall, stage.cpu + loop.cpu + commit.cpu};
-  }
-};
-
-Result<Update> RunOne(Remesher& remesher, const std::function<Status()>& stage) {
-  Update update;
-  Status status;
-  update.stage = TimeOf([&] { status = stage(); });
-  PLIANT_RETURN_IF_ERROR(status);
-  Result<Progress> progress = Progress{};
-  update.loop = TimeOf([&] { progress = remesher.Step({}); });
-  PLIANT_RETURN_IF_ERROR(progress);
-  update.progress = *progress;
-  update.commit = TimeOf([&] { update.diff = remesher.Commit(); });
-  return update;
-}
-
-nlohmann::json JsonOf(const std::vector<Update>& updates) {
-  std::vector<Duration> stage;
-  std::vector<Duration> loop;
-  std::vector<Duration> commit;
-  std::vector<Duration> total;
-  std::vector<double> changed;
-  std::vector<double> visits;
-  for (const Update& update : updates) {
-    stage.push_back(update.stage);
-    loop.push_back(update.loop);
-    commit.push_back(update.commit);
-    total.push_back(update.total());
-    changed.push_back(
-        static_cast<double>(update.diff.vertex_ids.size() + update.diff.removed_vertices.size()));
-    visits.push_back(static_cast<double>(update.progress.counts.visits));
-  }
-  return {{"updates", updates.size()},
-          {"total", bench::JsonOf(total)},
-          {"stage_cpu_s", bench::JsonOf(stage)["cpu_s"]},
-          {"loop_cpu_s", bench::JsonOf(loop)["cpu_s"]},
-          {"commit_cpu_s", bench::JsonOf(commit)["cpu_s"]},
-          {"changed_nodes", Median(changed)},
-          {"visits", Median(visits)}};
-}
 
 /// Case F: the disc switched on and off again, `repeat` times.
 Result<nlohmann::json> RunDisc(Remesher& remesher, const Request& request) {
@@ -181,34 +130,6 @@ Result<nlohmann::json> RunSame(Remesher& remesher, const Request& request) {
   return nlohmann::json{{"formulas", JsonOf(by_formulas)}, {"tensors", JsonOf(by_tensors)}};
 }
 
-/// Case E: the front goes from where it is in steps of 1/50.
-Result<nlohmann::json> RunFront(Remesher& remesher, const Request& request) {
-  std::vector<Update> updates;
-  CaseRequest moving = request.instance;
-  nlohmann::json quality;
-  double q_min = 1;
-  double q_mean = 0;
-  double share = 0;
-  for (std::int64_t step = 0; step < request.steps; ++step) {
-    moving.front += 0.02;
-    PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(moving));
-    PLIANT_ASSIGN_OR_RETURN(Update update,
-                            RunOne(remesher, [&] { return remesher.SetField(instance.field()); }));
-    updates.push_back(std::move(update));
-    quality = QualityOf(remesher.mesh(), *instance.field());
-    q_min = std::min(q_min, quality["q_min"].get<double>());
-    q_mean += quality["q_mean"].get<double>();
-    share += quality["integrated_125"].get<double>();
-  }
-  const auto steps = static_cast<double>(request.steps);
-  nlohmann::json report{{"steps", JsonOf(updates)},
-                        {"q_mean_of_steps", q_mean / steps},
-                        {"q_min_of_steps", q_min},
-                        {"integrated_125_of_steps", share / steps},
-                        {"quality_last", quality}};
-  return report;
-}
-
 /// How far a mesh's body edges lie off the body: middles of edges, in domain units.
 double BoundaryError(const Mesh& mesh, const Domain& domain) {
   double worst = 0;
@@ -236,7 +157,9 @@ Result<nlohmann::json> RunBody(Remesher& remesher, const Request& request) {
   double q_min = 1;
   double q_mean = 0;
   double share = 0;
+  double longest = 0;
   double off = 0;
+  Untouched untouched;
   double removed = 0;
   double sub_steps = 0;
   for (std::int64_t step = 0; step < request.steps; ++step) {
@@ -251,6 +174,7 @@ Result<nlohmann::json> RunBody(Remesher& remesher, const Request& request) {
       motion.tags = {{{kBodyTag}, Translation{{by, 0}}}};
     }
     PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(moving));
+    untouched.Before(remesher.mesh(), [](Vec2) { return true; });
     PLIANT_ASSIGN_OR_RETURN(Update update, RunOne(remesher, [&]() -> Status {
                               PLIANT_ASSIGN_OR_RETURN(const MotionReport report,
                                                       MoveVertices(remesher, motion));
@@ -258,11 +182,13 @@ Result<nlohmann::json> RunBody(Remesher& remesher, const Request& request) {
                               sub_steps += static_cast<double>(report.sub_step_count);
                               return remesher.SetField(instance.field());
                             }));
+    untouched.After(update.diff, remesher.Snapshot());
     updates.push_back(std::move(update));
     quality = QualityOf(remesher.mesh(), *instance.field());
     q_min = std::min(q_min, quality["q_min"].get<double>());
     q_mean += quality["q_mean"].get<double>();
     share += quality["integrated_125"].get<double>();
+    longest = std::max(longest, quality["integrated"]["max"].get<double>());
     off = std::max(off, BoundaryError(remesher.mesh(), instance.domain));
   }
   const auto steps = static_cast<double>(request.steps);
@@ -270,6 +196,8 @@ Result<nlohmann::json> RunBody(Remesher& remesher, const Request& request) {
                         {"q_mean_of_steps", q_mean / steps},
                         {"q_min_of_steps", q_min},
                         {"integrated_125_of_steps", share / steps},
+                        {"longest_of_steps", longest},
+                        {"untouched", untouched.Json()},
                         {"boundary_error", off},
                         {"removed_per_step", removed / steps},
                         {"sub_steps_per_step", sub_steps / steps},

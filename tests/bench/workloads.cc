@@ -18,7 +18,8 @@ const std::map<std::string, Variant> kVariants = {
     {"nested", Variant::kNested}, {"cooled", Variant::kCooled}, {"paper", Variant::kPaper}};
 const std::map<std::string, MetricForm> kForms = {{"analytic", MetricForm::kAnalytic},
                                                   {"expression", MetricForm::kExpression},
-                                                  {"background", MetricForm::kBackground}};
+                                                  {"background", MetricForm::kBackground},
+                                                  {"tensors", MetricForm::kTensors}};
 
 int Run(const Request& request, nlohmann::json report, const std::string& path) {
   auto result = request.update.empty() ? RunBuild(request) : RunUpdate(request);
@@ -59,6 +60,9 @@ int main(int argc, char** argv) {
   app.add_option("--follow", request.follow, "body: nodes within so many lengths go with it");
   app.add_option("--steps", request.steps, "front, body: number of steps")
       ->check(CLI::PositiveNumber);
+  app.add_option("--front-step", request.front_step, "front: length of a step");
+  app.add_flag("--displace", request.displaces, "front: its displacement is sent, too");
+  app.add_option("--swing", request.swing, "front: turns back after so many steps; 0: never");
   app.add_option("--threads", request.thread_count, "threads that work on the mesh")
       ->check(CLI::Range(1, 1024));
   app.add_option("--repeat", request.repeat)->check(CLI::PositiveNumber);

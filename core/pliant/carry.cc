@@ -1,0 +1,204 @@
+#include "core/pliant/carry.h"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "core/mesh/place_map.h"
+#include "core/mesh/star.h"
+#include "core/pliant/displace.h"
+#include "core/pliant/metric_shift.h"
+
+namespace pliant {
+namespace {
+
+/// Where fewer vertices than this change, the loop is done before a shift is found.
+constexpr std::size_t kChangedMin = 1500;
+/// Vertices that are asked for the shift.
+constexpr std::size_t kSamples = 96;
+/// At least this share of what changes must be carried.
+constexpr double kCarriedShare = 0.5;
+/// A vertex is carried if that leaves this share of the change of its tensor, or less.
+constexpr double kChangeLeft = 0.5;
+
+class Carrier {
+ public:
+  Carrier(MeshEdit& edit, const MetricField& field, double tolerance)
+      : edit_(edit), mesh_(edit.mesh()), field_(field), tolerance_(tolerance) {}
+
+  CarriedUpdate Run(WantedTensors wanted) {
+    CarriedUpdate update{.wanted = std::move(wanted), .disturbed = {}};
+    const std::vector<std::size_t> changed = ChangedOf(update.wanted);
+    if (changed.size() < kChangedMin) return update;
+    const std::optional<Vec2> shift = FindShift(SamplesOf(update.wanted, changed), field_);
+    if (!shift) return update;
+    shift_ = *shift;
+    ChooseCarried(update.wanted, changed);
+    if (static_cast<double>(carried_.size()) <
+        kCarriedShare * static_cast<double>(changed.size())) {
+      return update;
+    }
+    CloseRanks();
+    std::vector<Displacement> list;
+    list.reserve(carried_.size());
+    for (const Carried& one : carried_) {
+      list.push_back({one.vertex, mesh_.position(one.vertex) + shift_});
+    }
+    std::optional<Displaced> displaced = Displace(edit_, list);
+    if (displaced) Report(*std::move(displaced), update);
+    return update;
+  }
+
+ private:
+  /// A vertex that is carried, and what it will want then.
+  struct Carried {
+    VertexId vertex;
+    Metric tensor;
+    std::int32_t hint = 0;
+  };
+
+  [[nodiscard]] bool Moves(VertexId vertex) const { return moves_[vertex.index()]; }
+
+  /// Places in `wanted` of the vertices that could move and whose metric changes.
+  [[nodiscard]] std::vector<std::size_t> ChangedOf(const WantedTensors& wanted) const {
+    std::vector<std::size_t> changed;
+    for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
+      const VertexId vertex = wanted.vertices[i];
+      if (!IsDisplaceable(mesh_, vertex)) continue;
+      const Metric& old = mesh_.metric(vertex);
+      if (!(wanted.tensors[i] == old) && RelativeChange(old, wanted.tensors[i]) > tolerance_) {
+        changed.push_back(i);
+      }
+    }
+    return changed;
+  }
+
+  [[nodiscard]] std::vector<PlacedTensor> SamplesOf(const WantedTensors& wanted,
+                                                    const std::vector<std::size_t>& changed) const {
+    std::vector<PlacedTensor> samples;
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      const VertexId vertex = wanted.vertices[changed[k * changed.size() / kSamples]];
+      samples.push_back({mesh_.position(vertex), mesh_.metric(vertex), mesh_.hint(vertex)});
+    }
+    return samples;
+  }
+
+  /// The new metric where a vertex would come to lie.
+  [[nodiscard]] std::optional<Metric> MetricAhead(VertexId vertex) {
+    // Vertices come in order of slot, which keeps neighbours together.
+    return field_.Probe(mesh_.position(vertex) + shift_, hint_);
+  }
+
+  void ChooseCarried(const WantedTensors& wanted, const std::vector<std::size_t>& changed) {
+    moves_.assign(static_cast<std::size_t>(mesh_.vertex_slots()), false);
+    hint_ = mesh_.hint(wanted.vertices[changed.front()]);
+    for (const std::size_t i : changed) {
+      const VertexId vertex = wanted.vertices[i];
+      const Metric& old = mesh_.metric(vertex);
+      const std::optional<Metric> ahead = MetricAhead(vertex);
+      if (!ahead) continue;
+      const double left = RelativeChange(old, *ahead);
+      if (left <= std::max(tolerance_, kChangeLeft * RelativeChange(old, wanted.tensors[i]))) {
+        Carry(vertex, *ahead);
+      }
+    }
+  }
+
+  void Carry(VertexId vertex, const Metric& ahead) {
+    moves_[vertex.index()] = true;
+    carried_.push_back({vertex, ahead, hint_});
+  }
+
+  /// Lets the carried ones be one piece: who is surrounded by them is carried too, whatever becomes
+  /// of its metric, and who is alone among others is not.
+  void CloseRanks() {
+    std::vector<VertexId> waiting;
+    std::erase_if(carried_, [&](const Carried& one) {
+      const auto moving = CountMoving(one.vertex);
+      const bool alone = 4 * moving <= std::ssize(star_.ring());
+      if (alone) moves_[one.vertex.index()] = false;
+      if (!alone && moving < std::ssize(star_.ring())) AddRestingNeighbors(waiting);
+      return alone;
+    });
+    while (!waiting.empty()) {
+      const VertexId vertex = waiting.back();
+      waiting.pop_back();
+      if (Moves(vertex) || !IsDisplaceable(mesh_, vertex)) continue;
+      if (2 * CountMoving(vertex) <= std::ssize(star_.ring())) continue;
+      hint_ = mesh_.hint(vertex);
+      const std::optional<Metric> ahead = MetricAhead(vertex);
+      if (!ahead) continue;
+      Carry(vertex, *ahead);
+      AddRestingNeighbors(waiting);
+    }
+    place_of_ = PlaceMap(mesh_.vertex_slots());
+    place_of_.Reserve(carried_.size());
+    for (std::size_t k = 0; k < carried_.size(); ++k) {
+      place_of_.Add(carried_[k].vertex, static_cast<std::int32_t>(k));
+    }
+  }
+
+  /// Gathers the star of a vertex and counts its neighbours that are carried.
+  std::ptrdiff_t CountMoving(VertexId vertex) {
+    star_.Gather(mesh_, vertex);
+    return std::count_if(star_.ring().begin(), star_.ring().end(),
+                         [&](VertexId other) { return Moves(other); });
+  }
+
+  /// Of the center of the star.
+  void AddRestingNeighbors(std::vector<VertexId>& nodes) const {
+    for (const VertexId other : star_.ring()) {
+      if (!Moves(other)) nodes.push_back(other);
+    }
+  }
+
+  void Report(Displaced displaced, CarriedUpdate& update) {
+    WantedTensors& wanted = update.wanted;
+    std::vector<bool> told(carried_.size(), false);
+    std::size_t kept = 0;
+    for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
+      const VertexId vertex = wanted.vertices[i];
+      if (!mesh_.IsLive(vertex)) continue;
+      const std::int32_t place = place_of_.At(vertex);
+      Metric tensor = wanted.tensors[i];
+      if (place != PlaceMap::kNone) {
+        const auto k = static_cast<std::size_t>(place);
+        tensor = carried_[k].tensor;
+        edit_.Hint(vertex) = carried_[k].hint;
+        told[k] = true;
+      }
+      wanted.vertices[kept] = vertex;
+      wanted.tensors[kept++] = tensor;
+    }
+    wanted.vertices.resize(kept);
+    wanted.tensors.resize(kept);
+    for (std::size_t k = 0; k < carried_.size(); ++k) {
+      if (told[k] || !mesh_.IsLive(carried_[k].vertex)) continue;
+      wanted.vertices.push_back(carried_[k].vertex);
+      wanted.tensors.push_back(carried_[k].tensor);
+    }
+    update.disturbed = std::move(displaced.disturbed);
+    update.carried_count = std::ssize(carried_);
+    update.removed_count = displaced.removed_count;
+  }
+
+  MeshEdit& edit_;
+  const Mesh& mesh_;
+  const MetricField& field_;
+  const double tolerance_;
+  Vec2 shift_;
+  std::int32_t hint_ = 0;
+  std::vector<Carried> carried_;
+  std::vector<bool> moves_;  // By slot.
+  PlaceMap place_of_;        // In carried_.
+  Star star_;
+};
+
+}  // namespace
+
+CarriedUpdate CarryAlong(MeshEdit& edit, const MetricField& field, WantedTensors wanted,
+                         double tolerance) {
+  return Carrier(edit, field, tolerance).Run(std::move(wanted));
+}
+
+}  // namespace pliant

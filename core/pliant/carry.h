@@ -1,0 +1,34 @@
+#pragma once
+
+#include <vector>
+
+#include "core/mesh/mesh_edit.h"
+#include "core/metric/metric_field.h"
+#include "core/pliant/followed_metric.h"
+
+namespace pliant {
+
+/// What an update is left with after vertices were carried along.
+struct CarriedUpdate {
+  WantedTensors wanted;             ///< Of live vertices, where they are now.
+  std::vector<VertexId> disturbed;  ///< Whose triangles have changed shape, ascending.
+  std::int64_t carried_count = 0;   ///< Vertices that moved.
+  std::int64_t removed_count = 0;   ///< Vertices that they ran over.
+};
+
+/// Moves the vertices of a zone whose metric changes along with the metric, where that has moved as
+/// a whole: afterwards most of them have the tensor again that they had, and their triangles the
+/// shape, so that the loop has little to do there. What they run over is removed, and the cavity
+/// that this leaves triangulated.
+///
+/// Vertices on constrained edges stay, and so does whoever's tensor is not found again at the other
+/// end of the shift. If the metric changes at few vertices, has not moved as a whole, or its way is
+/// blocked, nothing happens; every triangle stays positive in any case.
+/// @param field      the metric to be followed from now on
+/// @param wanted     its tensors at the vertices
+/// @param tolerance  Options::metric_tolerance
+/// @par Cost O(k log k) for k vertices that change
+[[nodiscard]] CarriedUpdate CarryAlong(MeshEdit& edit, const MetricField& field,
+                                       WantedTensors wanted, double tolerance);
+
+}  // namespace pliant

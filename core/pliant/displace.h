@@ -1,0 +1,63 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <vector>
+
+#include "core/base/ids.h"
+#include "core/geometry/vec2.h"
+#include "core/mesh/mesh_edit.h"
+#include "core/pliant/mesh_change.h"
+
+namespace pliant {
+
+/// A vertex and where it is to lie.
+struct Displacement {
+  VertexId vertex;
+  Vec2 to;
+};
+
+/// What became of the others.
+struct Displaced {
+  std::vector<VertexId> disturbed;  ///< Live vertices at triangles of another shape, ascending.
+  std::int64_t removed_count = 0;   ///< Vertices that were run over.
+};
+
+/// True for a vertex of the interior that is neither given nor frozen.
+[[nodiscard]] bool IsDisplaceable(const Mesh& mesh, VertexId vertex);
+
+/// Puts vertices elsewhere in one go. Those that they run over are removed, displaced ones that
+/// would leave the domain too, and the cavity that this leaves is triangulated, so that every
+/// triangle is positive.
+/// @param list  displaceable vertices, none twice
+/// @return nothing, and everyone where he was, if the cavity has no triangulation or is frozen
+/// @par Cost O(k log k) for k vertices
+[[nodiscard]] std::optional<Displaced> Displace(MeshEdit& edit, std::span<const Displacement> list);
+
+/// A displacement that a client sends with a metric, because it knows how a feature moves that the
+/// metric follows: a help, no order. Vertices on constrained edges and given ones stay; if the way
+/// is blocked, everyone stays. Tensors go along with their vertices, so that new tensors sent in
+/// the same revision are those of the vertices where they are then. Errors of Apply, with `field`
+/// "metric.displacements": kArrayLength, kIndexOutOfRange (not a live vertex), kDuplicateId,
+/// kNotFinite; index = position in the given span.
+class DisplaceVertices final : public MeshChange {
+ public:
+  /// @param by  one for each vertex, in domain units. Both must outlive this.
+  DisplaceVertices(std::span<const VertexId> vertices, std::span<const Vec2> by)
+      : vertices_(vertices), by_(by) {}
+
+  Result<Outcome> Apply(MeshEdit& edit) override;
+
+  /// Vertices that were displaced; 0 if the way was blocked.
+  [[nodiscard]] std::int64_t displaced_count() const { return displaced_count_; }
+
+ private:
+  [[nodiscard]] Status Check(const Mesh& mesh) const;
+
+  std::span<const VertexId> vertices_;
+  std::span<const Vec2> by_;
+  std::int64_t displaced_count_ = 0;
+};
+
+}  // namespace pliant

@@ -1,0 +1,205 @@
+#include "core/pliant/metric_shift.h"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <vector>
+
+namespace pliant {
+namespace {
+
+/// Only every so many samples take part in the first look around.
+constexpr std::size_t kScanned = 24;
+/// Distances are halved so many times.
+constexpr int kScales = 10;
+constexpr int kCompassRounds = 6;
+constexpr int kNewtonSteps = 12;
+
+/// Differences of tensors count up to this: log 50 in squared length.
+constexpr double kDifferenceMax = 4;
+/// A shift explains the change if it leaves this share of the differences.
+constexpr double kExplained = 0.3;
+/// Newton's steps end when one leaves more than this share.
+constexpr double kEnough = 0.98;
+/// A look around that finds no shift with less than this share of the differences ends the search.
+constexpr double kPromising = 0.8;
+/// Without a reason to go on, the shorter of two shifts is taken.
+constexpr double kClearly = 0.97;
+
+constexpr double kCos1 = 0.9238795325112867;
+constexpr double kCos2 = 0.7071067811865476;
+constexpr double kCos3 = 0.3826834323650898;
+constexpr std::array<Vec2, 16> kDirections = {{{1, 0},
+                                               {kCos1, kCos3},
+                                               {kCos2, kCos2},
+                                               {kCos3, kCos1},
+                                               {0, 1},
+                                               {-kCos3, kCos1},
+                                               {-kCos2, kCos2},
+                                               {-kCos1, kCos3},
+                                               {-1, 0},
+                                               {-kCos1, -kCos3},
+                                               {-kCos2, -kCos2},
+                                               {-kCos3, -kCos1},
+                                               {0, -1},
+                                               {kCos3, -kCos1},
+                                               {kCos2, -kCos2},
+                                               {kCos1, -kCos3}}};
+
+class ShiftSearch {
+ public:
+  ShiftSearch(std::span<const PlacedTensor> samples, const MetricField& field) : field_(field) {
+    low_ = high_ = samples.front().position;
+    for (const PlacedTensor& sample : samples) {
+      const Vec2 p = sample.position;
+      low_ = {std::min(low_.x, p.x), std::min(low_.y, p.y)};
+      high_ = {std::max(high_.x, p.x), std::max(high_.y, p.y)};
+      places_.push_back({p, Log(sample.tensor), sample.hint});
+    }
+  }
+
+  std::optional<Vec2> Run() {
+    const double before = Cost({}, 1);
+    Vec2 best = Scan();
+    if (best == Vec2{}) return std::nullopt;
+    best = Walk(best);
+    best = Newton(best);
+    if (!(Cost(best, 1) < kExplained * before)) return std::nullopt;
+    return best;
+  }
+
+ private:
+  struct Place {
+    Vec2 position;
+    LogMetric log;
+    std::int32_t hint;
+  };
+
+  /// What the field has at a place after the shift; nothing where it has no answer.
+  [[nodiscard]] std::optional<LogMetric> LogAt(Place& place, Vec2 shift) const {
+    const std::optional<Metric> metric = field_.Probe(place.position + shift, place.hint);
+    if (!metric) return std::nullopt;
+    return Log(*metric);
+  }
+
+  static double Difference(const LogMetric& a, const LogMetric& b) {
+    const double d11 = a.l11 - b.l11;
+    const double d12 = a.l12 - b.l12;
+    const double d22 = a.l22 - b.l22;
+    return std::sqrt(d11 * d11 + 2 * d12 * d12 + d22 * d22);
+  }
+
+  /// Mean difference over every `stride`-th place.
+  double Cost(Vec2 shift, std::size_t stride) {
+    double sum = 0;
+    double count = 0;
+    for (std::size_t i = 0; i < places_.size(); i += stride) {
+      const std::optional<LogMetric> log = LogAt(places_[i], shift);
+      sum += log ? std::min(kDifferenceMax, Difference(*log, places_[i].log)) : kDifferenceMax;
+      ++count;
+    }
+    return sum / count;
+  }
+
+  /// The best of shifts on circles around zero.
+  Vec2 Scan() {
+    const std::size_t stride = std::max<std::size_t>(1, places_.size() / kScanned);
+    double least = kPromising * Cost({}, stride);
+    Vec2 best;
+    double radius = 0.5 * Length(high_ - low_);
+    for (int scale = 0; scale < kScales; ++scale, radius *= 0.5) {
+      for (const Vec2 direction : kDirections) {
+        const double cost = Cost(radius * direction, stride);
+        // Radii shrink: a shorter shift that is as good is preferred.
+        if (!(cost * kClearly < least)) continue;
+        least = std::min(least, cost);
+        best = radius * direction;
+      }
+    }
+    return best;
+  }
+
+  Vec2 Walk(Vec2 best) {
+    double least = Cost(best, 1);
+    double step = 0.4 * Length(best);
+    for (int round = 0; round < kCompassRounds; ++round, step *= 0.5) {
+      const Vec2 from = best;
+      for (std::size_t k = 0; k < kDirections.size(); k += 2) {
+        const Vec2 candidate = from + step * kDirections[k];
+        const double cost = Cost(candidate, 1);
+        if (!(cost < least)) continue;
+        least = cost;
+        best = candidate;
+      }
+    }
+    return best;
+  }
+
+  /// Gauss-Newton steps on the sum of the differences, not of their squares: places that do not
+  /// take part in the motion shall not spoil it.
+  Vec2 Newton(Vec2 best) {
+    double least = Cost(best, 1);
+    for (int round = 0; round < kNewtonSteps; ++round) {
+      const Vec2 step = NewtonStep(best);
+      const double before = least;
+      bool better = false;
+      for (double share = 1; !better && share > 0.05; share *= 0.5) {
+        const double cost = Cost(best + share * step, 1);
+        better = cost < least;
+        if (!better) continue;
+        least = cost;
+        best = best + share * step;
+      }
+      if (!(least < kEnough * before)) break;
+    }
+    return best;
+  }
+
+  Vec2 NewtonStep(Vec2 at) {
+    const double delta = 1e-4 * Length(at);
+    double a11 = 0;
+    double a12 = 0;
+    double a22 = 0;
+    Vec2 b;
+    for (Place& place : places_) {
+      const auto here = LogAt(place, at);
+      const auto right = LogAt(place, at + Vec2{delta, 0});
+      const auto up = LogAt(place, at + Vec2{0, delta});
+      if (!here || !right || !up) continue;
+      const double difference = Difference(*here, place.log);
+      if (difference > 1) continue;
+      const double weight = 1 / std::max(difference, 1e-3);
+      const LogMetric gone = place.log + (-1) * *here;
+      const LogMetric dx = (1 / delta) * (*right + (-1) * *here);
+      const LogMetric dy = (1 / delta) * (*up + (-1) * *here);
+      const auto dot = [](const LogMetric& u, const LogMetric& v) {
+        return u.l11 * v.l11 + 2 * u.l12 * v.l12 + u.l22 * v.l22;
+      };
+      a11 += weight * dot(dx, dx);
+      a12 += weight * dot(dx, dy);
+      a22 += weight * dot(dy, dy);
+      b = b + weight * Vec2{dot(dx, gone), dot(dy, gone)};
+    }
+    // Along a straight front nothing is known; it is not moved along itself.
+    const double slack = 1e-6 * (a11 + a22);
+    a11 += slack;
+    a22 += slack;
+    const double determinant = a11 * a22 - a12 * a12;
+    if (!(determinant > 0)) return {};
+    return {(a22 * b.x - a12 * b.y) / determinant, (a11 * b.y - a12 * b.x) / determinant};
+  }
+
+  const MetricField& field_;
+  std::vector<Place> places_;
+  Vec2 low_;
+  Vec2 high_;
+};
+
+}  // namespace
+
+std::optional<Vec2> FindShift(std::span<const PlacedTensor> samples, const MetricField& field) {
+  if (samples.empty()) return std::nullopt;
+  return ShiftSearch(samples, field).Run();
+}
+
+}  // namespace pliant

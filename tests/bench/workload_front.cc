@@ -1,0 +1,124 @@
+// Case E: a front that moves.
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+#include "core/mesh/export_mesh.h"
+#include "core/pliant/displace.h"
+#include "tests/bench/workload_step.h"
+
+namespace pliant::bench {
+namespace {
+
+/// Builds compared with: one every so many steps, each of the metric of its step.
+constexpr std::int64_t kStepsPerBuild = 10;
+
+/// Tensors of a field at all live vertices, in order of slot.
+std::vector<Metric> TensorsAt(const Mesh& mesh, const MetricField& field) {
+  std::vector<Metric> tensors;
+  std::int32_t hint = MetricField::kNoHint;
+  for (const Vec2 p : ExportMesh(mesh).data.points) tensors.push_back(field.At(p, hint));
+  return tensors;
+}
+
+/// The vertices that a client would say move with its front, as far as the metric of the front
+/// reaches.
+std::vector<VertexId> VerticesOfFront(const Mesh& mesh, double front) {
+  constexpr double kReach = 0.15;
+  std::vector<VertexId> vertices;
+  for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
+    if (!mesh.vertex(VertexId(v)).live) continue;
+    const Vec2 p = mesh.position(VertexId(v));
+    const double curve = front - 0.5 + std::sqrt(0.25 + 0.25 * (p.y - 0.5) * (p.y - 0.5));
+    if (std::fabs(p.x - curve) < kReach) vertices.emplace_back(v);
+  }
+  return vertices;
+}
+
+/// How far the front goes in a step: it turns back every request.swing steps.
+double StepOf(const Request& request, std::int64_t step) {
+  const bool back = request.swing > 0 && step / request.swing % 2 == 1;
+  return back ? -request.front_step : request.front_step;
+}
+
+struct FrontStep {
+  double front;  ///< Where it was.
+  double by;
+  const BenchCase& instance;  ///< Where it is now.
+};
+
+/// Times what the remesher does; what the client does in between, computing tensors, is not timed.
+Result<Update> StepOnce(Remesher& remesher, const Request& request, const FrontStep& step) {
+  Update update;
+  Status status;
+  if (request.displaces) {
+    const std::vector<VertexId> vertices = VerticesOfFront(remesher.mesh(), step.front);
+    const std::vector<Vec2> by(vertices.size(), Vec2{step.by, 0});
+    DisplaceVertices displace(vertices, by);
+    update.stage = TimeOf([&] { status = remesher.Apply(displace); });
+    PLIANT_RETURN_IF_ERROR(status);
+  }
+  std::vector<Metric> tensors;
+  if (request.form == MetricForm::kTensors)
+    tensors = TensorsAt(remesher.mesh(), *step.instance.field());
+  std::unique_ptr<MetricField> field = step.instance.field();
+  PLIANT_ASSIGN_OR_RETURN(Update rest, RunOne(remesher, [&] {
+                            return tensors.empty() ? remesher.SetField(std::move(field))
+                                                   : remesher.SetTensors({}, tensors);
+                          }));
+  rest.stage.wall += update.stage.wall;
+  rest.stage.cpu += update.stage.cpu;
+  return rest;
+}
+
+}  // namespace
+
+Result<nlohmann::json> RunFront(Remesher& remesher, const Request& request) {
+  std::vector<Update> updates;
+  std::vector<Duration> builds;
+  CaseRequest moving = request.instance;
+  nlohmann::json quality;
+  Untouched untouched;
+  double q_min = 1;
+  double q_mean = 0;
+  double share = 0;
+  double longest = 0;
+  double over_ideal = 0;
+  for (std::int64_t step = 0; step < request.steps; ++step) {
+    PLIANT_ASSIGN_OR_RETURN(const BenchCase last, MakeCase(moving));
+    const std::shared_ptr<MetricField> before = last.field();
+    const double by = StepOf(request, step);
+    moving.front += by;
+    PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(moving));
+    const std::shared_ptr<MetricField> field = instance.field();
+    std::int32_t hint = MetricField::kNoHint;
+    untouched.Before(remesher.mesh(), [&](Vec2 p) {
+      return RelativeChange(before->At(p, hint), field->At(p, hint)) >
+             request.options.metric_tolerance;
+    });
+    PLIANT_ASSIGN_OR_RETURN(Update update,
+                            StepOnce(remesher, request, {moving.front - by, by, instance}));
+    untouched.After(update.diff, remesher.Snapshot());
+    updates.push_back(std::move(update));
+    quality = QualityOf(remesher.mesh(), *field);
+    q_min = std::min(q_min, quality["q_min"].get<double>());
+    q_mean += quality["q_mean"].get<double>();
+    share += quality["integrated_125"].get<double>();
+    longest = std::max(longest, quality["integrated"]["max"].get<double>());
+    over_ideal +=
+        remesher.mesh().vertex_count() / (1.1547005383792515 * quality["complexity"].get<double>());
+    if (step % kStepsPerBuild == 0) {
+      PLIANT_ASSIGN_OR_RETURN(const Built built, Build(instance, request));
+      builds.push_back(built.duration);
+    }
+  }
+  const auto steps = static_cast<double>(request.steps);
+  nlohmann::json report{{"steps", JsonOf(updates)},      {"builds", JsonOf(builds)},
+                        {"untouched", untouched.Json()}, {"q_mean_of_steps", q_mean / steps},
+                        {"q_min_of_steps", q_min},       {"integrated_125_of_steps", share / steps},
+                        {"longest_of_steps", longest},   {"nodes_over_ideal", over_ideal / steps},
+                        {"quality_last", quality}};
+  return report;
+}
+
+}  // namespace pliant::bench

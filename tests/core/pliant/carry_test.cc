@@ -1,0 +1,160 @@
+#include "core/pliant/carry.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <memory>
+#include <utility>
+#include <vector>
+
+#include "core/mesh/export_mesh.h"
+#include "core/pliant/quality.h"
+#include "core/pliant/remesher.h"
+#include "tests/support/cases.h"
+#include "tests/support/mesh_testing.h"
+
+namespace pliant {
+namespace {
+
+using testing::Faults;
+
+constexpr double kTolerance = 0.05;
+constexpr double kNodes = 4000;
+
+/// A session whose mesh has converged for the front at `xc`, committed.
+std::unique_ptr<Remesher> Front(double xc) {
+  testing::Case shock = testing::ShockCase(kNodes, xc);
+  auto made = Remesher::Create(shock.domain, std::move(shock.field), {});
+  EXPECT_TRUE(made.ok());
+  EXPECT_TRUE((*made)->Step({}).ok());
+  (void)(*made)->Commit();
+  return std::move(*made);
+}
+
+/// The mesh of a session, to be changed by hand, and what the front at `xc` wants of it.
+struct Copy {
+  Copy(const Mesh& mesh, const MetricField& field)
+      : target(testing::ImportedMesh(ExportMesh(mesh).data)) {
+    const std::vector<VertexId> ids = ExportMesh(mesh).vertex_ids;
+    for (std::size_t i = 0; i < ids.size(); ++i) {
+      const VertexId vertex(static_cast<std::int32_t>(i));
+      target->edit.SetMetric(vertex, mesh.metric(ids[i]));
+      std::int32_t hint = MetricField::kNoHint;
+      wanted.vertices.push_back(vertex);
+      wanted.tensors.push_back(field.At(target->mesh.position(vertex), hint));
+      before.push_back(target->mesh.position(vertex));
+    }
+  }
+
+  std::unique_ptr<testing::EditedMesh> target;
+  WantedTensors wanted;
+  std::vector<Vec2> before;
+};
+
+// Goal: the vertices around a front that has moved go with it, and find their tensors there; those
+// far away and on the boundary stay; the mesh is valid; what comes back is of live vertices.
+TEST(CarryAlong, TakesAFrontWhereItWent) {
+  const auto session = Front(0.4);
+  const auto field = testing::ShockCase(kNodes, 0.42).field;
+  Copy copy(session->mesh(), *field);
+  const Mesh& mesh = copy.target->mesh;
+  const CarriedUpdate update = CarryAlong(copy.target->edit, *field, copy.wanted, kTolerance);
+  EXPECT_GT(update.carried_count, mesh.vertex_count() / 3);
+  EXPECT_LT(update.removed_count, mesh.vertex_count() / 8);
+  EXPECT_EQ(Faults(mesh), "");
+
+  std::int64_t moved = 0;
+  for (std::size_t i = 0; i < copy.before.size(); ++i) {
+    const VertexId vertex(static_cast<std::int32_t>(i));
+    if (!mesh.IsLive(vertex)) continue;
+    const Vec2 by = mesh.position(vertex) - copy.before[i];
+    if (by == Vec2{}) continue;
+    ++moved;
+    EXPECT_NEAR(by.x, 0.02, 1e-5);
+    EXPECT_NEAR(by.y, 0, 1e-5);
+    EXPECT_FALSE(mesh.vertex(vertex).edge.valid());
+    const double far = copy.before[i].x - 0.4;
+    EXPECT_LT(std::max(far, -far), 0.3);
+  }
+  EXPECT_GT(moved, update.carried_count - update.removed_count - 1);
+
+  ASSERT_EQ(update.wanted.vertices.size(), update.wanted.tensors.size());
+  std::int64_t changed = 0;
+  for (std::size_t i = 0; i < update.wanted.vertices.size(); ++i) {
+    const VertexId vertex = update.wanted.vertices[i];
+    ASSERT_TRUE(mesh.IsLive(vertex));
+    std::int32_t hint = MetricField::kNoHint;
+    EXPECT_EQ(update.wanted.tensors[i], field->At(mesh.position(vertex), hint));
+    changed += RelativeChange(mesh.metric(vertex), update.wanted.tensors[i]) > kTolerance;
+  }
+  EXPECT_LT(changed, update.carried_count / 5);
+  EXPECT_TRUE(std::is_sorted(update.disturbed.begin(), update.disturbed.end()));
+  for (const VertexId vertex : update.disturbed) EXPECT_TRUE(mesh.IsLive(vertex));
+}
+
+// Goal: where nothing moves as a whole, where too little changes, and where the way leads into the
+// wall with everything, the mesh keeps its bits and the caller his wishes.
+TEST(CarryAlong, LeavesOtherChangesAlone) {
+  const auto session = Front(0.4);
+  const auto check = [&](const testing::Case& now) {
+    Copy copy(session->mesh(), *now.field);
+    const Copy same(session->mesh(), *now.field);
+    const CarriedUpdate update = CarryAlong(copy.target->edit, *now.field, copy.wanted, kTolerance);
+    EXPECT_EQ(update.carried_count, 0);
+    EXPECT_EQ(update.wanted.tensors, copy.wanted.tensors);
+    EXPECT_TRUE(update.disturbed.empty());
+    EXPECT_EQ(testing::DifferenceOf(copy.target->mesh, same.target->mesh), "");
+  };
+  check(testing::ShockCase(2 * kNodes, 0.4));
+  check(testing::ShockCase(kNodes, 0.4001));
+  check(testing::DiagonalCase(kNodes));
+}
+
+// Goal: a session gains from it: few visits, most of the front's vertices carried, and a rollback
+// brings everything back.
+TEST(CarryAlong, SparesAnUpdateMostOfItsVisits) {
+  const auto session = Front(0.4);
+  const auto nodes = static_cast<double>(session->mesh().vertex_count());
+  testing::Replica replica;
+  EXPECT_EQ(replica.Apply(session->Snapshot()), "");
+  ASSERT_TRUE(session->SetField(testing::ShockCase(kNodes, 0.42).field).ok());
+  EXPECT_EQ(Faults(session->mesh()), "");
+  session->Rollback();
+  EXPECT_EQ(replica.DifferenceTo(session->mesh()), "");
+
+  ASSERT_TRUE(session->SetField(testing::ShockCase(kNodes, 0.42).field).ok());
+  const Result<Progress> progress = session->Step({});
+  ASSERT_TRUE(progress.ok());
+  EXPECT_EQ(progress->stop_reason, StopReason::kConverged);
+  // A loop that makes the zone anew takes five visits a node.
+  EXPECT_LT(static_cast<double>(progress->counts.visits), 2.5 * nodes);
+  EXPECT_EQ(replica.Apply(session->Commit()), "");
+  EXPECT_EQ(replica.DifferenceTo(session->mesh()), "");
+  EXPECT_EQ(Faults(session->mesh()), "");
+}
+
+// Goal: no drift. A front goes through the domain and back, 200 steps in all; at the end mesh and
+// quality are as good as at the beginning.
+TEST(CarryAlong, DoesNotDriftIn200Steps) {
+  const auto session = Front(0.3);
+  const auto nodes = static_cast<double>(session->mesh().vertex_count());
+  double xc = 0.3;
+  for (int step = 0; step < 200; ++step) {
+    SCOPED_TRACE(step);
+    xc += step / 20 % 2 == 0 ? 0.02 : -0.02;
+    ASSERT_TRUE(session->SetField(testing::ShockCase(kNodes, xc).field).ok());
+    ASSERT_TRUE(session->Step({}).ok());
+    (void)session->Commit();
+    if (step % 20 != 19) continue;
+    EXPECT_EQ(Faults(session->mesh()), "");
+    const Quality quality = MeasureQuality(session->mesh(), *testing::ShockCase(kNodes, xc).field);
+    EXPECT_GT(quality.q_mean, 0.975);
+    EXPECT_GT(quality.q_min, 0.5);
+    EXPECT_GT(quality.integrated.share_125, 0.97);
+    EXPECT_LT(quality.integrated.max, 1.65);
+    EXPECT_NEAR(session->mesh().vertex_count(), nodes, 0.05 * nodes);
+  }
+}
+
+}  // namespace
+}  // namespace pliant

@@ -1,0 +1,169 @@
+#include "core/pliant/displace.h"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <vector>
+
+#include "core/base/rng.h"
+#include "core/mesh/validate.h"
+#include "core/pliant/frozen.h"
+#include "core/pliant/remesher.h"
+#include "tests/support/cases.h"
+#include "tests/support/mesh_testing.h"
+
+namespace pliant {
+namespace {
+
+using testing::Faults;
+
+VertexId At(int x, int y) { return VertexId(13 * y + x); }
+
+/// A block of 4 x 4 vertices in a grid of 12 x 12 cells, to be moved.
+std::vector<Displacement> Block(const Mesh& mesh, Vec2 by) {
+  std::vector<Displacement> list;
+  for (int y = 4; y < 8; ++y) {
+    for (int x = 4; x < 8; ++x) list.push_back({At(x, y), mesh.position(At(x, y)) + by});
+  }
+  return list;
+}
+
+// Goal: the block arrives, what stood there is gone, and the grid is a mesh again.
+TEST(Displace, RunsOverWhatStandsInTheWay) {
+  auto grid = testing::ImportedMesh(testing::GridData(12, 12));
+  const std::vector<Displacement> block = Block(grid->mesh, {2.5, 0.5});
+  const std::optional<Displaced> displaced = Displace(grid->edit, block);
+  ASSERT_TRUE(displaced.has_value());
+  EXPECT_EQ(Faults(grid->mesh), "");
+  EXPECT_NEAR(Area(grid->mesh), 144, 1e-9);
+  EXPECT_GT(displaced->removed_count, 5);
+  EXPECT_LT(displaced->removed_count, 30);
+  for (const Displacement& one : block) {
+    if (!grid->mesh.IsLive(one.vertex)) continue;
+    EXPECT_EQ(grid->mesh.position(one.vertex), one.to);
+  }
+  EXPECT_TRUE(grid->mesh.IsLive(At(5, 5)));
+  EXPECT_TRUE(
+      std::binary_search(displaced->disturbed.begin(), displaced->disturbed.end(), At(3, 5)));
+  EXPECT_FALSE(
+      std::binary_search(displaced->disturbed.begin(), displaced->disturbed.end(), At(0, 0)));
+}
+
+// Goal: whoever is sent out of the domain goes; the walls stay.
+TEST(Displace, LosesWhoWouldLeaveTheDomain) {
+  auto grid = testing::ImportedMesh(testing::GridData(12, 12));
+  const std::optional<Displaced> displaced = Displace(grid->edit, Block(grid->mesh, {5.25, 0.125}));
+  ASSERT_TRUE(displaced.has_value());
+  EXPECT_EQ(Faults(grid->mesh), "");
+  EXPECT_NEAR(Area(grid->mesh), 144, 1e-9);
+  EXPECT_FALSE(grid->mesh.IsLive(At(7, 5)));
+}
+
+// Goal: what is frozen stays, also where others are sent over it.
+TEST(Displace, LeavesFrozenElementsAlone) {
+  auto grid = testing::ImportedMesh(testing::GridData(12, 12));
+  const Constraints constraints{.vertices = {At(9, 5), At(9, 6)}};
+  const Result<FrozenElements> frozen = WhatFreezes(grid->mesh, constraints);
+  ASSERT_TRUE(frozen.ok());
+  (void)ChangeFrozen(grid->edit, {}, *frozen);
+  EXPECT_FALSE(IsDisplaceable(grid->mesh, At(9, 5)));
+  (void)Displace(grid->edit, Block(grid->mesh, {2.5, 0.5}));
+  EXPECT_EQ(Faults(grid->mesh), "");
+  for (const VertexId vertex : constraints.vertices) {
+    ASSERT_TRUE(grid->mesh.IsLive(vertex));
+    EXPECT_EQ(grid->mesh.position(vertex), (Vec2{9.0, vertex == At(9, 5) ? 5.0 : 6.0}));
+  }
+}
+
+// Goal: random displacements leave a valid mesh, and one that is untouched where they are refused.
+TEST(Displace, KeepsTheMeshValidWhateverIsAsked) {
+  const std::uint64_t seed = 11;
+  Rng rng(seed);
+  int refused = 0;
+  for (int trial = 0; trial < 200; ++trial) {
+    SCOPED_TRACE(trial);
+    auto grid = testing::ImportedMesh(testing::GridData(12, 12));
+    const auto same = testing::ImportedMesh(testing::GridData(12, 12));
+    std::vector<Displacement> list;
+    for (std::int32_t v = 0; v < grid->mesh.vertex_slots(); ++v) {
+      const VertexId vertex(v);
+      if (!IsDisplaceable(grid->mesh, vertex) || rng.Below(3) == 0) continue;
+      const double reach = trial % 2 == 0 ? 0.6 : 3;
+      list.push_back({vertex, grid->mesh.position(vertex) +
+                                  Vec2{rng.Uniform(-reach, reach), rng.Uniform(-reach, reach)}});
+    }
+    if (!Displace(grid->edit, list)) {
+      ++refused;
+      EXPECT_EQ(testing::DifferenceOf(grid->mesh, same->mesh), "");
+    }
+    ASSERT_EQ(Faults(grid->mesh), "") << "seed " << seed;
+    ASSERT_NEAR(Area(grid->mesh), 144, 1e-9);
+  }
+  EXPECT_LT(refused, 200);
+}
+
+TEST(DisplaceVertices, RefusesWhatItCannotRead) {
+  auto grid = testing::ImportedMesh(testing::GridData(4, 4));
+  const auto error = [&](std::vector<VertexId> vertices, std::vector<Vec2> by) {
+    const auto outcome = DisplaceVertices(vertices, by).Apply(grid->edit);
+    EXPECT_FALSE(outcome.ok());
+    EXPECT_EQ(outcome.error().field, "metric.displacements");
+    return std::pair(outcome.error().code, outcome.error().index);
+  };
+  const Vec2 nan{std::numeric_limits<double>::quiet_NaN(), 0};
+  EXPECT_EQ(error({VertexId(12)}, {}).first, ErrorCode::kArrayLength);
+  EXPECT_EQ(error({VertexId(12), VertexId(99)}, {{}, {}}),
+            std::pair(ErrorCode::kIndexOutOfRange, std::int64_t{1}));
+  EXPECT_EQ(error({VertexId(12), VertexId(12)}, {{}, {}}),
+            std::pair(ErrorCode::kDuplicateId, std::int64_t{1}));
+  EXPECT_EQ(error({VertexId(12)}, {nan}), std::pair(ErrorCode::kNotFinite, std::int64_t{0}));
+}
+
+// Goal: a client that says how its front moves gets a mesh for the new metric at a small part of
+// the visits, also when it sends tensors at the vertices, which alone would not show the front
+// between them.
+TEST(DisplaceVertices, CarriesAFrontForTensorsAtVertices) {
+  constexpr double kNodes = 3000;
+  testing::Case shock = testing::ShockCase(kNodes, 0.4);
+  const auto now = testing::ShockCase(kNodes, 0.42).field;
+  auto made = Remesher::Create(shock.domain, std::move(shock.field), {});
+  ASSERT_TRUE(made.ok());
+  Remesher& session = **made;
+  ASSERT_TRUE(session.Step({}).ok());
+  (void)session.Commit();
+  const auto nodes = static_cast<double>(session.mesh().vertex_count());
+
+  std::vector<VertexId> front;
+  for (std::int32_t v = 0; v < session.mesh().vertex_slots(); ++v) {
+    const double g = session.mesh().position(VertexId(v)).y - 0.5;
+    const double far =
+        session.mesh().position(VertexId(v)).x - (std::sqrt(0.25 + 0.25 * g * g) - 0.1);
+    if (std::fabs(far) < 0.15) front.emplace_back(v);
+  }
+  const std::vector<Vec2> by(front.size(), Vec2{0.02, 0});
+  DisplaceVertices displace(front, by);
+  ASSERT_TRUE(session.Apply(displace).ok());
+  EXPECT_GT(displace.displaced_count(), static_cast<std::int64_t>(nodes / 3));
+  EXPECT_EQ(Faults(session.mesh()), "");
+
+  std::vector<Metric> tensors;
+  std::int32_t hint = MetricField::kNoHint;
+  for (std::int32_t v = 0; v < session.mesh().vertex_slots(); ++v) {
+    if (!session.mesh().vertex(VertexId(v)).live) continue;
+    tensors.push_back(now->At(session.mesh().position(VertexId(v)), hint));
+  }
+  ASSERT_TRUE(session.SetTensors({}, tensors).ok());
+  const Result<Progress> progress = session.Step({});
+  ASSERT_TRUE(progress.ok());
+  EXPECT_LT(static_cast<double>(progress->counts.visits), 2.5 * nodes);
+  (void)session.Commit();
+  EXPECT_EQ(Faults(session.mesh()), "");
+  const Quality quality = MeasureQuality(session.mesh(), *now);
+  EXPECT_GT(quality.q_mean, 0.975);
+  EXPECT_GT(quality.integrated.share_125, 0.97);
+}
+
+}  // namespace
+}  // namespace pliant

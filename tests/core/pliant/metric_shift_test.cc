@@ -1,0 +1,76 @@
+#include "core/pliant/metric_shift.h"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+#include <vector>
+
+#include "core/base/rng.h"
+#include "core/metric/function_field.h"
+#include "core/metric/metric_spec.h"
+#include "tests/support/cases.h"
+
+namespace pliant {
+namespace {
+
+/// Random points within 0.1 of the front of case C at 0.4, with its tensors.
+std::vector<PlacedTensor> SamplesOfTheFront() {
+  const testing::Case shock = testing::ShockCase(10000, 0.4);
+  Rng rng(7);
+  std::vector<PlacedTensor> samples;
+  std::int32_t hint = MetricField::kNoHint;
+  while (samples.size() < 96) {
+    const Vec2 p{0.3 + 0.3 * rng.Unit(), rng.Unit()};
+    samples.push_back({p, shock.field->At(p, hint), hint});
+  }
+  return samples;
+}
+
+// Goal: a curved front that moved as it is, across and along itself, is found to a small part of
+// its thickness, 7e-4.
+TEST(FindShift, FindsHowFarAFrontHasMoved) {
+  for (const Vec2 by : {Vec2{0.02, 0}, Vec2{-0.05, 0}, Vec2{0.01, -0.015}, Vec2{0.0007, 0}}) {
+    const auto before = std::shared_ptr<MetricField>(testing::ShockCase(10000, 0.4).field);
+    const FunctionField now([&](Vec2 p) {
+      std::int32_t hint = MetricField::kNoHint;
+      return before->At(p - by, hint);
+    });
+    const std::optional<Vec2> found = FindShift(SamplesOfTheFront(), now);
+    ASSERT_TRUE(found.has_value()) << by.x << ' ' << by.y;
+    EXPECT_NEAR(found->x, by.x, 2e-5);
+    EXPECT_NEAR(found->y, by.y, 2e-4);
+  }
+}
+
+TEST(FindShift, FindsNoneWhereTheMetricChangesOtherwise) {
+  const auto before = std::shared_ptr<MetricField>(testing::ShockCase(10000, 0.4).field);
+  const FunctionField finer([&](Vec2 p) {
+    std::int32_t hint = MetricField::kNoHint;
+    return 4 * before->At(p, hint);
+  });
+  EXPECT_FALSE(FindShift(SamplesOfTheFront(), finer).has_value());
+  const FunctionField uniform([](Vec2) { return Metric::Isotropic(0.01); });
+  EXPECT_FALSE(FindShift(SamplesOfTheFront(), uniform).has_value());
+  const FunctionField turned([&](Vec2 p) {
+    std::int32_t hint = MetricField::kNoHint;
+    return before->At({p.y, p.x}, hint);
+  });
+  EXPECT_FALSE(FindShift(SamplesOfTheFront(), turned).has_value());
+  EXPECT_FALSE(FindShift({}, uniform).has_value());
+}
+
+// Goal: to look where a formula has no value is no error of the formula.
+TEST(FindShift, LeavesNoTraceInTheField) {
+  const BoundingBox box{{0, 0}, {1, 1}};
+  const auto field = MakeMetricField(MetricSpec{.source = SizeMetric{"0.02+0.1*sqrt(x)"}}, box);
+  ASSERT_TRUE(field.ok());
+  (void)FindShift(SamplesOfTheFront(), **field);
+  EXPECT_TRUE((*field)->status().ok());
+  std::int32_t hint = MetricField::kNoHint;
+  EXPECT_FALSE((*field)->Probe({-1, 0}, hint).has_value());
+  EXPECT_TRUE((*field)->status().ok());
+  EXPECT_TRUE((*field)->Probe({0.25, 0}, hint).has_value());
+}
+
+}  // namespace
+}  // namespace pliant
