@@ -71,7 +71,7 @@ Result<MeshReplica> Connection::GetMesh(const std::string& session_id, Parts par
   const auto context = NewContext(options_.transfer_timeout);
   v1::GetMeshRequest request;
   request.set_session_id(session_id);
-  if (parts == Parts::kMeshAndMetric) request.add_parts(v1::MESH_PART_METRIC);
+  if (parts != Parts::kMesh) request.add_parts(v1::MESH_PART_METRIC);
   const auto reader = sessions_->GetMesh(context.get(), request);
 
   wire::ColumnReader columns(kBlobBytesMax);

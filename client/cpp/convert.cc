@@ -6,6 +6,8 @@
 #include <utility>
 #include <vector>
 
+#include "client/cpp/convert_updates.h"
+
 namespace pliant::client {
 namespace {
 
@@ -294,6 +296,7 @@ v1::SessionOptions ToWire(const Options& options) {
   if (!options.permissions.insert) message.add_restrictions(v1::RESTRICTION_NO_INSERT);
   if (!options.permissions.swap) message.add_restrictions(v1::RESTRICTION_NO_SWAP);
   if (!options.permissions.move) message.add_restrictions(v1::RESTRICTION_NO_MOVE);
+  if (!options.permissions.surface) message.add_restrictions(v1::RESTRICTION_NO_SURFACE);
   return message;
 }
 
@@ -316,6 +319,10 @@ Result<MeshDiff> FromWire(const v1::MeshDiff& message, ColumnReader& columns) {
                                                                      "removed_triangles")));
   PLIANT_ASSIGN_OR_RETURN(diff.removed_edges, (columns.Read<std::int32_t, 1, EdgeId>(
                                                   message.removed_edges(), "removed_edges")));
+  if (message.has_transfer()) {
+    PLIANT_ASSIGN_OR_RETURN(diff.transfer, FromWire(message.transfer(), columns));
+  }
+  PLIANT_ASSIGN_OR_RETURN(diff.fields, FieldsFromWire(message.fields(), columns));
   if (diff.base_revision == Revision::kNone) NameAllMetricVertices(message.metric(), diff);
   return diff;
 }
@@ -328,6 +335,7 @@ Result<MeshDiff> FromWire(const v1::MeshSnapshot& message, ColumnReader& columns
   }
   MeshDiff diff;
   PLIANT_RETURN_IF_ERROR(ReadElements(message, columns, diff));
+  PLIANT_ASSIGN_OR_RETURN(diff.fields, FieldsFromWire(message.fields(), columns));
   NameAllMetricVertices(message.metric(), diff);
   return diff;
 }

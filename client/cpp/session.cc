@@ -63,7 +63,11 @@ Status Session::Impl::OpenOnce() {
   v1::OpenEdit& open = *request.mutable_open();
   open.set_session_id(session_id_);
   open.set_mirror_revision(static_cast<std::int64_t>(replica_.revision()));
-  if (parts_ == Parts::kMeshAndMetric) open.add_parts(v1::MESH_PART_METRIC);
+  if (parts_ != Parts::kMesh) open.add_parts(v1::MESH_PART_METRIC);
+  if (parts_ == Parts::kEverything) {
+    open.add_parts(v1::MESH_PART_FIELDS);
+    open.add_parts(v1::MESH_PART_TRANSFER);
+  }
   PLIANT_RETURN_IF_ERROR(Write(request));
 
   PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse response, Read());
@@ -71,6 +75,8 @@ Status Session::Impl::OpenOnce() {
     return Abandon(OutOfOrder("something else than `opened` first"));
   }
   last_update_id_ = std::max(last_update_id_, response.opened().last_update_id());
+  lost_stage_ = response.opened().staged_count() < staged_count_;
+  staged_count_ = response.opened().staged_count();
   while (static_cast<std::int64_t>(replica_.revision()) < response.revision()) {
     PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse next, Read());
     PLIANT_RETURN_IF_ERROR(Follow(next));
@@ -134,53 +140,86 @@ Result<v1::EditResponse> Session::Impl::Read() {
 
 Status Session::Impl::Follow(const v1::EditResponse& response) {
   if (!response.has_diff() && !response.has_snapshot()) return {};
-  const Result<MeshDiff> diff = response.has_diff() ? FromWire(response.diff(), *reader_)
-                                                    : FromWire(response.snapshot(), *reader_);
+  Result<MeshDiff> diff = response.has_diff() ? FromWire(response.diff(), *reader_)
+                                              : FromWire(response.snapshot(), *reader_);
   if (!diff.ok()) return Abandon(diff.error());
   const Status status = response.has_diff() ? replica_.Apply(*diff) : replica_.Reset(*diff);
   if (!status.ok()) return Abandon(status.error());
+  last_change_ = *std::move(diff);
   return {};
 }
 
-Status Session::Impl::Update(v1::EditRequest request) {
-  request.set_update_id(++last_update_id_);
+// Sends a command and reads up to its answer. Where the connection breaks on the way, it is made
+// again, once, and the command is repeated under its number: the server answers what it has seen
+// and applies what it has not.
+Result<v1::EditResponse> Session::Impl::Call(const MakeRequest& make,
+                                             const OnProgress& on_progress) {
+  if (!is_open()) return NotOpen();
+  const std::int64_t id = ++last_update_id_;
+  Result<v1::EditResponse> answer = CallOnce(id, make, on_progress);
+  if (answer.ok() || answer.error().code != ErrorCode::kUnavailable) return answer;
+  PLIANT_RETURN_IF_ERROR(Open());
+  if (lost_stage_) {
+    return Error{.code = ErrorCode::kUpdateRejected,
+                 .message =
+                     "the server has lost what was staged together with the connection: "
+                     "send the step again"};
+  }
+  return CallOnce(id, make, on_progress);
+}
+
+Result<v1::EditResponse> Session::Impl::CallOnce(std::int64_t id, const MakeRequest& make,
+                                                 const OnProgress& on_progress) {
+  v1::EditRequest request = make(*writer_);
+  request.set_update_id(id);
   PLIANT_RETURN_IF_ERROR(Write(request));
   while (true) {
-    PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse response, Read());
+    PLIANT_ASSIGN_OR_RETURN(v1::EditResponse response, Read());
     PLIANT_RETURN_IF_ERROR(Follow(response));
-    if (response.update_id() != request.update_id()) continue;
-    if (response.has_accepted()) return {};
+    if (response.update_id() != id) continue;
+    if (response.has_progress() && on_progress) on_progress(FromWire(response.progress()));
     if (response.has_rejected()) return ErrorFromDetail(response.rejected().error());
+    if (response.has_accepted() || response.has_advanced()) return response;
   }
+}
+
+Status Session::Impl::Update(const MakeRequest& make) {
+  PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse answer, Call(make, {}));
+  staged_count_ = answer.accepted().staged_count();
+  return {};
+}
+
+Result<AdvanceReport> Session::Impl::Rollback(Revision to_revision) {
+  const auto make = [&](wire::ColumnWriter&) {
+    v1::EditRequest request;
+    request.mutable_rollback()->set_to_revision(static_cast<std::int64_t>(to_revision));
+    return request;
+  };
+  PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse answer, Call(make, {}));
+  return FromWire(answer.advanced());
 }
 
 Result<AdvanceReport> Session::Impl::Advance(const AdvanceOptions& options,
                                              const OnProgress& on_progress) {
-  v1::EditRequest request;
-  request.set_update_id(++last_update_id_);
-  *request.mutable_advance() = ToWire(options);
-  if (on_progress) {
-    request.mutable_advance()->set_progress_interval_ms(options.progress_interval.count());
-  }
+  const auto make = [&](wire::ColumnWriter&) {
+    v1::EditRequest request;
+    *request.mutable_advance() = ToWire(options);
+    if (on_progress) {
+      request.mutable_advance()->set_progress_interval_ms(options.progress_interval.count());
+    }
+    return request;
+  };
   {
     const std::lock_guard lock(write_mutex_);
-    advance_id_ = request.update_id();
+    advance_id_ = last_update_id_ + 1;
   }
-  const auto run = [&]() -> Result<AdvanceReport> {
-    PLIANT_RETURN_IF_ERROR(Write(request));
-    while (true) {
-      PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse response, Read());
-      PLIANT_RETURN_IF_ERROR(Follow(response));
-      if (response.update_id() != request.update_id()) continue;
-      if (response.has_progress() && on_progress) on_progress(FromWire(response.progress()));
-      if (response.has_advanced()) return FromWire(response.advanced());
-      if (response.has_rejected()) return ErrorFromDetail(response.rejected().error());
-    }
-  };
-  Result<AdvanceReport> report = run();
+  const Result<v1::EditResponse> answer = Call(make, on_progress);
   const std::lock_guard lock(write_mutex_);
   advance_id_ = 0;
-  return report;
+  // Whether it committed or was refused: the stage is empty, unless the answer is lost.
+  if (is_open()) staged_count_ = 0;
+  if (!answer.ok()) return answer.error();
+  return FromWire(answer->advanced());
 }
 
 void Session::Impl::Cancel() {
@@ -196,28 +235,6 @@ Session::~Session() = default;
 
 const std::string& Session::id() const { return impl_->id(); }
 const MeshReplica& Session::replica() const { return impl_->replica(); }
-
-Status Session::UpdateMetric(const MetricSpec& metric) {
-  if (!impl_->is_open()) return NotOpen();
-  v1::EditRequest request;
-  *request.mutable_metric() = ToWire(metric, impl_->columns());
-  return impl_->Update(std::move(request));
-}
-
-Status Session::UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
-  if (!impl_->is_open()) return NotOpen();
-  v1::EditRequest request;
-  const VertexTensors update{
-      .revision = impl_->replica().revision(), .vertices = vertices, .tensors = tensors};
-  *request.mutable_metric() = ToWire(update, impl_->columns());
-  return impl_->Update(std::move(request));
-}
-
-Status Session::Discard() {
-  v1::EditRequest request;
-  request.mutable_discard();
-  return impl_->Update(std::move(request));
-}
 
 Result<AdvanceReport> Session::Advance(
     const AdvanceOptions& options, const std::function<void(const AdvanceProgress&)>& on_progress) {

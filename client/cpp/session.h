@@ -9,8 +9,12 @@
 #include "client/cpp/types.h"
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
+#include "core/motion/motion.h"
+#include "core/pliant/frozen.h"
 #include "core/pliant/quality.h"
+#include "core/transfer/field_set.h"
 
 namespace pliant::client {
 
@@ -20,9 +24,11 @@ namespace pliant::client {
 /// were, but the next Advance is refused too (kUpdateRejected), which empties the stage; Discard
 /// empties it at once. So half of a step is never committed.
 ///
-/// When the connection breaks, functions fail with kUnavailable; Reopen goes on from the replica's
-/// revision. The session lives on the server until Client::DeleteSession; destroying this object
-/// only closes the stream.
+/// When the connection breaks, a call makes it again, once, and repeats its command, which the
+/// server does not apply twice; if that fails too it ends with kUnavailable, and Reopen goes on
+/// from the replica's revision. What the server has lost meanwhile of the stage is told by
+/// kUpdateRejected. The session lives on the server until Client::DeleteSession; destroying this
+/// object only closes the stream.
 ///
 /// *Invariants*: replica() holds the mesh of replica().revision(), bit for bit.
 /// *Threads*: one at a time, but for Cancel.
@@ -43,6 +49,26 @@ class Session {
   /// kIndexOutOfRange, kDuplicateId, kNotFinite, kNotPositiveDefinite (index = row),
   /// kRevisionMismatch.
   Status UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors);
+
+  /// Stages a motion of boundaries; vertices are those of the replica's revision. Errors: those of
+  /// MoveVertices, kFrozen.
+  Status MoveBoundary(const MotionRequest& motion);
+  /// Stages new positions of any vertices; an empty `vertices` means all live ones. Errors: as
+  /// MoveBoundary.
+  Status MoveNodes(std::span<const VertexId> vertices, std::span<const Vec2> positions,
+                   ImpossibleMotion on_impossible = ImpossibleMotion::kRefuse);
+
+  /// Stages values of fields that live on the server, at elements of the replica's revision, or
+  /// drops fields. Errors: those of FieldSet::Stage.
+  Status SetFields(const FieldUpdate& fields);
+
+  /// Stages what must be left alone from now on, in place of what had to be before; {} lifts all.
+  /// Errors: kIndexOutOfRange, kDuplicateId.
+  Status Freeze(const Constraints& constraints);
+
+  /// Stages other options. The seed, the variant and the permissions of `options` count for
+  /// nothing: the first two stay, the last are Freeze's. Errors: kOutOfRange.
+  Status SetOptions(const Options& options);
 
   /// Empties the stage.
   Status Discard();
@@ -69,6 +95,21 @@ class Session {
 
   /// Throws the replica away and gets a snapshot.
   Status Resync();
+
+  /// Goes back to an earlier revision, bit for bit; the replica follows. Nothing may be staged.
+  /// Errors: kRevisionNotFound, whose message names the oldest that is kept; kProtocolOrder.
+  Result<AdvanceReport> Rollback(Revision to_revision);
+  /// Keeps a revision, kNone: the current one, until Release. Errors: kRevisionNotFound,
+  /// kResourceExhausted.
+  Result<Revision> SaveRevision(Revision revision = Revision::kNone);
+  /// Errors: kRevisionNotFound.
+  Status Release(std::span<const Revision> revisions);
+  /// A second session from a kept revision, kNone: the current one; its id, for
+  /// Client::OpenSession. Errors: kRevisionNotFound, kSessionExists, kResourceExhausted.
+  Result<std::string> Fork(Revision revision = Revision::kNone, const std::string& wished_id = {});
+
+  /// The diff, or snapshot, by which replica() came to its revision, with what Parts asks for.
+  [[nodiscard]] const MeshDiff& last_change() const;
 
   /// The mesh as the server has it now; independent of replica(), which should be the same.
   Result<MeshReplica> GetMesh();

@@ -33,18 +33,24 @@ class Session::Impl {
   void ForgetReplica() { replica_ = {}; }
 
   using OnProgress = std::function<void(const AdvanceProgress&)>;
-  Status Update(v1::EditRequest request);
+  /// Makes a command for a stream, whose writer takes the large arrays.
+  using MakeRequest = std::function<v1::EditRequest(wire::ColumnWriter&)>;
+  Status Update(const MakeRequest& make);
+  Result<AdvanceReport> Rollback(Revision to_revision);
   Result<AdvanceReport> Advance(const AdvanceOptions& options, const OnProgress& on_progress);
   void Cancel();
 
   [[nodiscard]] const std::string& id() const { return session_id_; }
   [[nodiscard]] const MeshReplica& replica() const { return replica_; }
   [[nodiscard]] Connection& connection() const { return *connection_; }
-  [[nodiscard]] wire::ColumnWriter& columns() { return *writer_; }
+  [[nodiscard]] const MeshDiff& last_change() const { return last_change_; }
   [[nodiscard]] bool is_open() const { return stream_ != nullptr; }
 
  private:
   Status OpenOnce();
+  Result<v1::EditResponse> Call(const MakeRequest& make, const OnProgress& on_progress);
+  Result<v1::EditResponse> CallOnce(std::int64_t id, const MakeRequest& make,
+                                    const OnProgress& on_progress);
   Status Write(const v1::EditRequest& request);
   /// The next message that is not a piece of an array. A broken stream or a damaged message ends
   /// the stream and is the error.
@@ -60,7 +66,10 @@ class Session::Impl {
   std::string session_id_;
   Parts parts_;
   MeshReplica replica_;
+  MeshDiff last_change_;
   std::int64_t last_update_id_ = 0;
+  std::int32_t staged_count_ = 0;  ///< As the server last said.
+  bool lost_stage_ = false;        ///< When the stream was opened, the server had less.
 
   std::mutex write_mutex_;
   std::int64_t advance_id_ = 0;  ///< Of the running advance; 0: none.

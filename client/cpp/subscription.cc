@@ -19,7 +19,7 @@ void Subscription::Impl::Connect() {
   v1::SubscribeRequest request;
   request.set_session_id(session_id_);
   request.set_mirror_revision(static_cast<std::int64_t>(replica_.revision()));
-  if (options_.parts == Parts::kMeshAndMetric) request.add_parts(v1::MESH_PART_METRIC);
+  if (options_.parts != Parts::kMesh) request.add_parts(v1::MESH_PART_METRIC);
   reader_ = std::make_unique<wire::ColumnReader>(kBlobBytesMax);
   const std::lock_guard lock(mutex_);
   context_ = connection_->NewContext();

@@ -47,6 +47,7 @@ using Start = std::variant<Domain, MeshData>;
 enum class Parts {
   kMesh,           ///< Nothing.
   kMeshAndMetric,  ///< The metric at vertices where it changed.
+  kEverything,     ///< That, values of fields, and transfer rows: see Session::last_change.
 };
 
 /// How a session is created.

@@ -185,34 +185,86 @@ TEST(Session, AWrongHashIsAMismatchAndResyncGetsASnapshot) {
   EXPECT_EQ(mirror_revisions, (std::vector<std::int64_t>{0, 0}));
 }
 
-TEST(Session, AfterALostStreamReopenNamesTheReplicasRevision) {
+// Goal: a lost stream is opened again at the replica's revision, and the command that had no answer
+//       is repeated under its number, so that it is not applied twice.
+TEST(Session, ALostStreamIsOpenedAgainAndTheCommandRepeated) {
   const History history(3);
   FakeServer server;
   std::vector<std::int64_t> mirror_revisions;
+  std::vector<std::int64_t> advance_ids;
   server.on_edit = [&](EditScript& script, int stream) {
     if (stream == 1) {
       script.Open(Revision{0});
       const v1::EditRequest advance = script.Next();
       script.SendDiff(history.Diff(1));
       script.Advanced(advance, history.Diff(1));
-      script.Next();
+      advance_ids.push_back(script.Next().update_id());
       return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
     }
     mirror_revisions.push_back(script.Open(Revision{3}).open().mirror_revision());
     script.SendDiff(history.Diff(2));
     script.SendDiff(history.Diff(3));
+    const v1::EditRequest repeated = script.Next();
+    advance_ids.push_back(repeated.update_id());
+    script.Advanced(repeated, history.Diff(3));
     script.Next();
     return grpc::Status::OK;
   };
   const auto session = Open(server);
   ASSERT_TRUE(session->Advance().ok());
+  const auto resumed = session->Advance();
+  ASSERT_TRUE(resumed.ok()) << resumed.error().message;
+  EXPECT_EQ(resumed->revision, Revision{3});
+  EXPECT_EQ(mirror_revisions, (std::vector<std::int64_t>{1}));
+  EXPECT_EQ(advance_ids, (std::vector<std::int64_t>{2, 2}));
+  ExpectSame(session->replica(), history.models[3]);
+}
+
+TEST(Session, AStreamThatIsLostTwiceIsAnErrorUntilReopen) {
+  const History history(1);
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int stream) {
+    script.Open(Revision{0});
+    const v1::EditRequest request = script.Next();
+    if (stream <= 2) return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
+    script.SendDiff(history.Diff(1));
+    script.Advanced(request, history.Diff(1));
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
   const auto lost = session->Advance();
   ASSERT_FALSE(lost.ok());
   EXPECT_EQ(lost.error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(lost.error().message, HasSubstr(server.address()));
+  EXPECT_THAT(session->Advance().error().message, HasSubstr("Reopen"));
   ASSERT_TRUE(session->Reopen().ok());
-  EXPECT_EQ(mirror_revisions, (std::vector<std::int64_t>{1}));
-  ExpectSame(session->replica(), history.models[3]);
+  EXPECT_TRUE(session->Advance().ok());
+}
+
+// A server that began anew does not have what was staged: committing the rest would be half a step.
+TEST(Session, AStageThatTheServerHasLostIsNotCommittedInPart) {
+  FakeServer server;
+  int commands_after = 0;
+  server.on_edit = [&](EditScript& script, int stream) {
+    script.Open(Revision{0});
+    if (stream == 1) {
+      script.Accept(script.Next());
+      script.Next();
+      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the server was killed");
+    }
+    if (script.Next().update_id() != 0) ++commands_after;
+    return grpc::Status::OK;
+  };
+  {
+    const auto session = Open(server);
+    ASSERT_TRUE(session->UpdateMetric({.source = SizeMetric{"0.1"}}).ok());
+    const auto lost = session->Advance();
+    ASSERT_FALSE(lost.ok());
+    EXPECT_EQ(lost.error().code, ErrorCode::kUpdateRejected);
+  }
+  server.Stop();
+  EXPECT_EQ(commands_after, 0);
 }
 
 TEST(Session, ASessionThatIsBusyForAMomentIsTriedAgain) {

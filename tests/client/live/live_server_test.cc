@@ -248,6 +248,77 @@ TEST_F(LiveServer, ReopenGoesOnWhereTheReplicaIs) {
   EXPECT_TRUE(SameMesh(session->replica(), *session->GetMesh()));
 }
 
+TEST_F(LiveServer, RevisionsComeBackAndFork) {
+  const auto session = Create(Plate(), Size("0.1"));
+  ASSERT_TRUE(session->Advance().ok());
+  const std::uint64_t first = session->replica().summary().state_hash;
+  ASSERT_EQ(*session->SaveRevision(), Revision{1});
+  ASSERT_TRUE(session->UpdateMetric(Size("0.05")).ok());
+  ASSERT_TRUE(session->Advance().ok());
+  const std::uint64_t second = session->replica().summary().state_hash;
+  const auto fork_id = session->Fork(Revision{1});
+  ASSERT_TRUE(fork_id.ok()) << fork_id.error().message;
+  const auto back = session->Rollback(Revision{1});
+  ASSERT_TRUE(back.ok()) << back.error().message;
+  EXPECT_EQ(back->revision, Revision{3});
+  EXPECT_EQ(session->replica().summary().state_hash, first);
+  auto fork = client_->OpenSession(*fork_id);
+  ASSERT_TRUE(fork.ok()) << fork.error().message;
+  ASSERT_TRUE((*fork)->UpdateMetric(Size("0.05")).ok());
+  ASSERT_TRUE((*fork)->Advance().ok());
+  EXPECT_EQ((*fork)->replica().summary().state_hash, second);
+  const std::array saved{Revision{1}};
+  EXPECT_TRUE(session->Release(saved).ok());
+  EXPECT_EQ(session->Release(saved).error().code, ErrorCode::kRevisionNotFound);
+  EXPECT_EQ(session->Rollback(Revision{77}).error().code, ErrorCode::kRevisionNotFound);
+}
+
+TEST_F(LiveServer, WhatIsFrozenStaysWhileTheBoundaryMoves) {
+  const auto session = Create(Plate(), Size("0.1"));
+  ASSERT_TRUE(session->Advance().ok());
+  const VertexId corner(0);
+  const Vec2 place = session->replica().positions()[corner.index()];
+  ASSERT_TRUE(session->Freeze({.vertices = {corner}, .permissions = {.swap = false}}).ok());
+  MotionRequest motion;
+  motion.tags.push_back({{5}, Translation{{0.02, 0}}});
+  ASSERT_TRUE(session->MoveBoundary(motion).ok());
+  const auto report = session->Advance();
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(session->replica().positions()[corner.index()], place);
+  const Vec2 elsewhere{place.x - 0.01, place.y};
+  EXPECT_EQ(session->MoveNodes({&corner, 1}, {&elsewhere, 1}).error().code, ErrorCode::kFrozen);
+  ASSERT_TRUE(session->Discard().ok());
+  ASSERT_TRUE(session->Freeze({}).ok());
+  ASSERT_TRUE(session->MoveNodes({&corner, 1}, {&elsewhere, 1}).ok());
+  Options options;
+  options.metric_tolerance = 0.5;
+  ASSERT_TRUE(session->SetOptions(options).ok());
+  ASSERT_TRUE(session->Advance().ok());
+  EXPECT_EQ(session->replica().positions()[corner.index()], elsewhere);
+}
+
+TEST_F(LiveServer, FieldsAndTransferRowsComeWithTheDiff) {
+  SessionSettings settings;
+  settings.parts = Parts::kEverything;
+  const auto session = Create(Plate(), Size("0.1"), settings);
+  ASSERT_TRUE(session->Advance().ok());
+  const auto count = static_cast<std::size_t>(session->replica().summary().vertex_count);
+  FieldUpdate update;
+  update.values.push_back({.name = "u", .values = std::vector<double>(count, 2.5)});
+  ASSERT_TRUE(session->SetFields(update).ok());
+  ASSERT_TRUE(session->UpdateMetric(Size("0.07")).ok());
+  ASSERT_TRUE(session->Advance().ok());
+  const MeshDiff& change = session->last_change();
+  ASSERT_EQ(change.fields.changed.size(), 1U);
+  EXPECT_EQ(change.fields.changed[0].name, "u");
+  for (const double value : change.fields.changed[0].rows.values) EXPECT_EQ(value, 2.5);
+  ASSERT_TRUE(change.transfer.has_value());
+  EXPECT_EQ(change.transfer->vertex_ids, change.vertex_ids);
+  ASSERT_TRUE(session->SetFields({.dropped_names = {"u"}}).ok());
+  ASSERT_TRUE(session->Advance().ok());
+  EXPECT_EQ(session->last_change().fields.dropped_names, std::vector<std::string>{"u"});
+}
+
 TEST_F(LiveServer, CancelEndsAnAdvanceWithAValidRevision) {
   const auto session = Create(Plate(), Size("0.0015"));
   AdvanceOptions options;

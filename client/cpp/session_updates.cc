@@ -1,0 +1,131 @@
+// Session, the part that stages updates and makes the short calls on revisions.
+
+#include <utility>
+
+#include "client/cpp/convert.h"
+#include "client/cpp/convert_updates.h"
+#include "client/cpp/grpc_error.h"
+#include "client/cpp/session_impl.h"
+
+namespace pliant::client {
+
+Status Session::UpdateMetric(const MetricSpec& metric) {
+  return impl_->Update([&](wire::ColumnWriter& columns) {
+    v1::EditRequest request;
+    *request.mutable_metric() = ToWire(metric, columns);
+    return request;
+  });
+}
+
+Status Session::UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
+  const VertexTensors update{
+      .revision = impl_->replica().revision(), .vertices = vertices, .tensors = tensors};
+  return impl_->Update([&](wire::ColumnWriter& columns) {
+    v1::EditRequest request;
+    *request.mutable_metric() = ToWire(update, columns);
+    return request;
+  });
+}
+
+Status Session::MoveBoundary(const MotionRequest& motion) {
+  const Revision revision = impl_->replica().revision();
+  return impl_->Update([&](wire::ColumnWriter& columns) {
+    v1::EditRequest request;
+    *request.mutable_boundary() = ToWire(motion, revision, columns);
+    return request;
+  });
+}
+
+Status Session::MoveNodes(std::span<const VertexId> vertices, std::span<const Vec2> positions,
+                          ImpossibleMotion on_impossible) {
+  const NodePositions nodes{.revision = impl_->replica().revision(),
+                            .vertices = vertices,
+                            .positions = positions,
+                            .on_impossible = on_impossible};
+  return impl_->Update([&](wire::ColumnWriter& columns) {
+    v1::EditRequest request;
+    *request.mutable_nodes() = ToWire(nodes, columns);
+    return request;
+  });
+}
+
+Status Session::SetFields(const FieldUpdate& fields) {
+  const Revision revision = impl_->replica().revision();
+  return impl_->Update([&](wire::ColumnWriter& columns) {
+    v1::EditRequest request;
+    *request.mutable_fields() = ToWire(fields, revision, columns);
+    return request;
+  });
+}
+
+Status Session::Freeze(const Constraints& constraints) {
+  const Revision revision = impl_->replica().revision();
+  return impl_->Update([&](wire::ColumnWriter& columns) {
+    v1::EditRequest request;
+    *request.mutable_constraints() = ToWire(constraints, revision, columns);
+    return request;
+  });
+}
+
+Status Session::SetOptions(const Options& options) {
+  return impl_->Update([&](wire::ColumnWriter&) {
+    v1::EditRequest request;
+    *request.mutable_options() = AllToWire(options);
+    return request;
+  });
+}
+
+Status Session::Discard() {
+  return impl_->Update([](wire::ColumnWriter&) {
+    v1::EditRequest request;
+    request.mutable_discard();
+    return request;
+  });
+}
+
+Result<AdvanceReport> Session::Rollback(Revision to_revision) {
+  return impl_->Rollback(to_revision);
+}
+
+Result<Revision> Session::SaveRevision(Revision revision) {
+  Connection& connection = impl_->connection();
+  const auto context = connection.NewContext(connection.options().call_timeout);
+  v1::SaveRevisionRequest request;
+  request.set_session_id(id());
+  request.set_revision(static_cast<std::int64_t>(revision));
+  v1::SaveRevisionResponse response;
+  const auto status = connection.sessions().SaveRevision(context.get(), request, &response);
+  if (!status.ok()) return CallError(connection, status);
+  return Revision{response.revision()};
+}
+
+Status Session::Release(std::span<const Revision> revisions) {
+  Connection& connection = impl_->connection();
+  const auto context = connection.NewContext(connection.options().call_timeout);
+  v1::ReleaseRequest request;
+  request.set_session_id(id());
+  for (const Revision revision : revisions) {
+    request.add_revisions(static_cast<std::int64_t>(revision));
+  }
+  v1::ReleaseResponse response;
+  const auto status = connection.sessions().Release(context.get(), request, &response);
+  if (!status.ok()) return CallError(connection, status);
+  return {};
+}
+
+Result<std::string> Session::Fork(Revision revision, const std::string& wished_id) {
+  Connection& connection = impl_->connection();
+  const auto context = connection.NewContext(connection.options().transfer_timeout);
+  v1::ForkRequest request;
+  request.set_session_id(id());
+  request.set_revision(static_cast<std::int64_t>(revision));
+  request.set_new_session_id(wished_id);
+  v1::ForkResponse response;
+  const auto status = connection.sessions().Fork(context.get(), request, &response);
+  if (!status.ok()) return CallError(connection, status);
+  return response.session().session_id();
+}
+
+const MeshDiff& Session::last_change() const { return impl_->last_change(); }
+
+}  // namespace pliant::client
