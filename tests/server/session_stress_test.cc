@@ -91,7 +91,8 @@ struct World {
                                                        .scheduler = &scheduler,
                                                        .log = &log,
                                                        .factory = FakeFactory(script),
-                                                       .on_broken = [](const std::string&) {}},
+                                                       .on_broken = [](const std::string&) {},
+                                                       .account = accounts.Of("")},
                                   id, std::map<std::string, std::string>());
     session->Start(EngineInput{}, [this, session](const Status& status) {
       if (status.ok()) registry.Publish("", session);
@@ -102,6 +103,7 @@ struct World {
   const Log log{LogLevel::kError, LogFormat::kText};
   Scheduler scheduler;
   SessionRegistry registry;
+  TenantAccounts accounts{{.vertices_max = 1'000, .compute_percent = 1'000}};
   std::atomic<std::int64_t> next_update_id = 1;
   std::atomic<int> calls_posted = 0;
   std::atomic<int> calls_answered = 0;
@@ -132,8 +134,8 @@ void Edit(World& world, const std::shared_ptr<Session>& session, std::mt19937_64
 
 void Client(World& world, std::uint64_t seed) {
   std::mt19937_64 rng(seed);
-  for (int i = 0; i < 60; ++i) {
-    const std::string id = std::string("s").append(std::to_string(rng() % 5));
+  for (int i = 0; i < 20; ++i) {
+    const std::string id = std::string("s").append(std::to_string(rng() % 20));
     const auto session = world.registry.Find("", id);
     if (!session.ok()) {
       world.Create(id);
@@ -158,6 +160,9 @@ void Client(World& world, std::uint64_t seed) {
         break;
       case 3:
         EXPECT_EQ((*session)->info().session_id, id);
+        if (rng() % 8 == 0) {
+          world.registry.CloseIdle(world.clock.Now(), {ErrorCode::kSessionNotFound, "idle"});
+        }
         break;
       default:
         Edit(world, *session, rng);
@@ -171,8 +176,8 @@ TEST(SessionStress, AnswersEverythingOnceWhateverClientsDo) {
     World world;
     for (int i = 0; i < 5; ++i) world.Create(std::string("s").append(std::to_string(i)));
     std::vector<std::thread> clients;
-    for (std::uint64_t k = 0; k < 8; ++k) {
-      clients.emplace_back([&world, seed, k] { Client(world, 100 * seed + k); });
+    for (std::uint64_t k = 0; k < 64; ++k) {
+      clients.emplace_back([&world, seed, k] { Client(world, 1000 * seed + k); });
     }
     for (std::thread& client : clients) client.join();
     for (const auto& session : world.registry.All()) {

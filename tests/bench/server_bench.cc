@@ -1,0 +1,307 @@
+// What a server with many sessions costs, seen from its clients over loopback: JSON to standard
+// output. tests/bench/README.md has the rows; timings here decide no test.
+#include <unistd.h>
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <atomic>
+#include <chrono>
+#include <cmath>
+#include <fstream>
+#include <iostream>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "client/cpp/client.h"
+#include "core/pliant/remesher.h"
+#include "server/server.h"
+
+namespace pliant::bench {
+namespace {
+
+using nlohmann::json;
+using std::chrono::steady_clock;
+
+constexpr double kIdealPerArea = 1.1547;  // 2 / sqrt(3): vertices of a unit mesh per unit of area.
+
+double Seconds(steady_clock::duration duration) {
+  return std::chrono::duration<double>(duration).count();
+}
+
+Domain Square() {
+  return {.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}},
+          .segments = {{0, 1, 1}, {1, 2, 2}, {2, 3, 3}, {3, 0, 4}},
+          .holes = {},
+          .regions = {}};
+}
+
+/// The size with which the square has about so many vertices.
+double SizeFor(double nodes) { return std::sqrt(kIdealPerArea / nodes); }
+
+MetricSpec Uniform(double size) { return {.source = SizeMetric{std::to_string(size)}}; }
+
+/// Stops the program on an error: a benchmark of what fails says nothing.
+template <class T>
+T Must(Result<T> result) {
+  if (!result.ok()) {
+    std::cerr << result.error().message << '\n';
+    std::_Exit(1);
+  }
+  return std::move(result).value();
+}
+void Must(const Status& status) {
+  if (!status.ok()) Must(Result<int>(status.error()));
+}
+
+json Percentiles(std::vector<double> seconds) {
+  std::sort(seconds.begin(), seconds.end());
+  const auto at = [&](double share) {
+    const auto rank = static_cast<std::size_t>(share * static_cast<double>(seconds.size() - 1));
+    return 1e3 * seconds[rank];
+  };
+  return {{"count", seconds.size()},
+          {"p50_ms", at(0.5)},
+          {"p99_ms", at(0.99)},
+          {"p999_ms", at(0.999)},
+          {"max_ms", at(1.0)}};
+}
+
+double RssMiB() {
+  std::ifstream file("/proc/self/statm");
+  long pages = 0;
+  long resident = 0;
+  file >> pages >> resident;
+  return static_cast<double>(resident) * static_cast<double>(sysconf(_SC_PAGESIZE)) / (1 << 20);
+}
+
+class ServerRun {
+ public:
+  explicit ServerRun(int workers) {
+    server::Config config;
+    config.listen = "127.0.0.1:0";
+    config.workers = workers;
+    server_ = Must(server::Server::Start(
+        config, {.clock = &clock_, .log = &log_, .engine_factory = server::RemesherFactory()}));
+  }
+  [[nodiscard]] client::Client Connect() const {
+    return Must(client::Client::Connect(server_->address()));
+  }
+
+ private:
+  const server::SystemClock clock_;
+  const server::Log log_{server::LogLevel::kError, server::LogFormat::kText};
+  std::unique_ptr<server::Server> server_;
+};
+
+/// A session whose updates switch the size of a disc on and off.
+class DiscSession {
+ public:
+  DiscSession(client::Client& client, double nodes, double disc_share)
+      : size_(SizeFor(nodes)),
+        radius_squared_(disc_share / 3.14159),
+        session_(Must(client.CreateSession(Square(), Uniform(size_)))) {
+    Must(session_->Advance());
+  }
+
+  /// One update, end to end to the applied replica; its time in seconds.
+  double Update() {
+    small_ = !small_;
+    const double size = small_ ? 0.8 * size_ : size_;
+    FindDisc();
+    tensors_.assign(ids_.size(), Metric::Isotropic(size));
+    const auto begin = steady_clock::now();
+    Must(session_->UpdateTensors(ids_, tensors_));
+    last_ = Must(session_->Advance());
+    return Seconds(steady_clock::now() - begin);
+  }
+
+  [[nodiscard]] const client::AdvanceReport& last() const { return last_; }
+  [[nodiscard]] const std::vector<VertexId>& ids() const { return ids_; }
+  [[nodiscard]] const std::vector<Metric>& tensors() const { return tensors_; }
+
+ private:
+  /// The solver's own work, which is not timed.
+  void FindDisc() {
+    const client::MeshReplica& replica = session_->replica();
+    const auto slots = static_cast<std::int32_t>(replica.positions().size());
+    ids_.clear();
+    for (std::int32_t i = 0; i < slots; ++i) {
+      const Vec2 from_middle = replica.positions()[static_cast<std::size_t>(i)] - Vec2{0.5, 0.5};
+      if (replica.IsLive(VertexId(i)) && Dot(from_middle, from_middle) <= radius_squared_) {
+        ids_.emplace_back(i);
+      }
+    }
+  }
+
+  double size_;
+  double radius_squared_;
+  std::unique_ptr<client::Session> session_;
+  std::vector<VertexId> ids_;
+  std::vector<Metric> tensors_;
+  client::AdvanceReport last_;
+  bool small_ = false;
+};
+
+/// Updates of a small session on an idle server, and beside a large one that converges.
+json Fairness(int workers, double large_nodes, int updates) {
+  const ServerRun run(workers);
+  client::Client client = run.Connect();
+  DiscSession small(client, 1'000, 0.5);
+  const auto measure = [&](int count, const std::atomic<bool>* until) {
+    std::vector<double> seconds;
+    for (int i = 0; i < count && (until == nullptr || !*until); ++i) {
+      seconds.push_back(small.Update());
+    }
+    return seconds;
+  };
+  measure(20, nullptr);
+  const json idle = Percentiles(measure(updates, nullptr));
+
+  client::Client other = run.Connect();
+  const auto large = Must(other.CreateSession(Square(), Uniform(SizeFor(large_nodes))));
+  std::atomic<bool> done = false;
+  double build_seconds = 0;
+  std::thread builder([&] {
+    const auto begin = steady_clock::now();
+    Must(large->Advance());
+    build_seconds = Seconds(steady_clock::now() - begin);
+    done = true;
+  });
+  const std::vector<double> seconds = measure(1'000'000, &done);
+  builder.join();
+  const json busy = Percentiles(seconds);
+  return {{"large_nodes", large->replica().summary().vertex_count},
+          {"large_build_s", build_seconds},
+          {"idle", idle},
+          {"beside", busy},
+          {"p99_ratio", busy["p99_ms"].get<double>() / idle["p99_ms"].get<double>()}};
+}
+
+/// Many sessions, each updated once a second by a few client threads.
+json Sessions(int workers, int count, int seconds, int threads) {
+  const ServerRun run(workers);
+  std::vector<std::unique_ptr<DiscSession>> sessions(static_cast<std::size_t>(count));
+  std::vector<client::Client> clients;
+  for (int t = 0; t < threads; ++t) clients.push_back(run.Connect());
+  const auto share_out = [&](auto&& work) {
+    std::vector<std::thread> pool;
+    for (int t = 0; t < threads; ++t) pool.emplace_back([&, t] { work(t); });
+    for (std::thread& thread : pool) thread.join();
+  };
+  const auto first = steady_clock::now();
+  share_out([&](int t) {
+    for (int i = t; i < count; i += threads) {
+      sessions[static_cast<std::size_t>(i)] =
+          std::make_unique<DiscSession>(clients[static_cast<std::size_t>(t)], 1'000, 0.05);
+    }
+  });
+  const double create_seconds = Seconds(steady_clock::now() - first);
+  std::vector<double> rss;
+  std::vector<std::vector<double>> latencies(static_cast<std::size_t>(threads));
+  std::atomic<std::int64_t> late = 0;
+  const auto begin = steady_clock::now();
+  for (int second = 0; second < seconds; ++second) {
+    share_out([&](int t) {
+      for (int i = t; i < count; i += threads) {
+        // Spread over the second, each at its own moment.
+        const auto due = begin + std::chrono::seconds(second) +
+                         std::chrono::microseconds(std::int64_t{1'000'000} * i / count);
+        std::this_thread::sleep_until(due);
+        sessions[static_cast<std::size_t>(i)]->Update();
+        // From when it was due: a server that falls behind shows.
+        const double latency = Seconds(steady_clock::now() - due);
+        if (latency > 1) ++late;
+        latencies[static_cast<std::size_t>(t)].push_back(latency);
+      }
+    });
+    rss.push_back(RssMiB());
+  }
+  std::vector<double> all;
+  for (const auto& part : latencies) all.insert(all.end(), part.begin(), part.end());
+  const double wall = Seconds(steady_clock::now() - begin);
+  return {{"sessions", count},
+          {"create_s", create_seconds},
+          {"latency", Percentiles(all)},
+          {"updates_per_s", static_cast<double>(all.size()) / wall},
+          {"later_than_1s", late.load()},
+          {"rss_mib_first", rss.front()},
+          {"rss_mib_middle", rss[rss.size() / 2]},
+          {"rss_mib_last", rss.back()}};
+}
+
+/// End to end to the applied replica, in turns with the same updates in this process, which give
+/// the same bits.
+json Overhead(int workers, double nodes, int updates) {
+  const ServerRun run(workers);
+  client::Client client = run.Connect();
+  DiscSession session(client, nodes, 0.01);
+  const auto twin = Must(Remesher::Create(Square(), Uniform(SizeFor(nodes)), {}));
+  Must(twin->Step({}));
+  twin->Commit();
+  std::vector<double> ratios;
+  std::vector<double> totals;
+  std::vector<double> core;
+  constexpr int kWarmUps = 4;
+  for (int i = 0; i < kWarmUps + updates; ++i) {
+    const double total = session.Update();
+    const auto begin = steady_clock::now();
+    Must(twin->SetTensors(session.ids(), session.tensors()));
+    Must(twin->Step({}));
+    const MeshDiff diff = twin->Commit();
+    const double alone = Seconds(steady_clock::now() - begin);
+    if (diff.summary != session.last().summary) Must(Error{ErrorCode::kReplicaMismatch, "twins"});
+    if (i < kWarmUps) continue;
+    totals.push_back(total);
+    core.push_back(alone);
+    ratios.push_back(total / alone);
+  }
+  std::sort(ratios.begin(), ratios.end());
+  return {{"nodes", session.last().summary.vertex_count},
+          {"changed", session.ids().size()},
+          {"end_to_end", Percentiles(totals)},
+          {"core", Percentiles(core)},
+          {"ratio_median", ratios[ratios.size() / 2]}};
+}
+
+}  // namespace
+
+int Main(int argc, char** argv) {
+  CLI::App app("What a server with many sessions costs, as JSON", "server_bench");
+  std::string what;
+  int workers = 2;
+  double nodes = 0;
+  int updates = 300;
+  int count = 1'000;
+  int seconds = 20;
+  int threads = 8;
+  app.add_option("what", what, "fairness, sessions or overhead")
+      ->required()
+      ->check(CLI::IsMember({"fairness", "sessions", "overhead"}));
+  app.add_option("--workers", workers, "Of the server")->capture_default_str();
+  app.add_option("--nodes", nodes, "Of the large mesh; 0: 1,000,000, for overhead 100,000");
+  app.add_option("--updates", updates, "To measure")->capture_default_str();
+  app.add_option("--count", count, "Sessions")->capture_default_str();
+  app.add_option("--seconds", seconds, "Each session is updated so often")->capture_default_str();
+  app.add_option("--threads", threads, "Client threads")->capture_default_str();
+  CLI11_PARSE(app, argc, argv);
+  json result;
+  if (what == "fairness") {
+    result = Fairness(workers, nodes > 0 ? nodes : 1e6, updates);
+  } else if (what == "sessions") {
+    result = Sessions(workers, count, seconds, threads);
+  } else {
+    result = Overhead(workers, nodes > 0 ? nodes : 1e5, updates);
+  }
+  result["bench"] = what;
+  result["workers"] = workers;
+  std::cout << result.dump(2) << '\n';
+  return 0;
+}
+
+}  // namespace pliant::bench
+
+int main(int argc, char** argv) { return pliant::bench::Main(argc, argv); }

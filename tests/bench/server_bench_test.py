@@ -1,0 +1,35 @@
+#!/usr/bin/env python3
+"""Goal: server_bench runs, small, and says what its rows need. Timings decide nothing."""
+
+import json
+import subprocess
+import sys
+
+
+def run(*arguments):
+    done = subprocess.run([sys.argv[1], *arguments], capture_output=True, text=True, check=True)
+    return json.loads(done.stdout)
+
+
+def check_percentiles(numbers):
+    assert numbers["count"] > 0, numbers
+    assert 0 < numbers["p50_ms"] <= numbers["p99_ms"] <= numbers["p999_ms"] <= numbers["max_ms"]
+
+
+def main():
+    fairness = run("fairness", "--nodes", "20000", "--updates", "20")
+    check_percentiles(fairness["idle"])
+    check_percentiles(fairness["beside"])
+    assert fairness["large_nodes"] > 15000 and fairness["p99_ratio"] > 0
+    sessions = run("sessions", "--count", "12", "--seconds", "2", "--threads", "3")
+    check_percentiles(sessions["latency"])
+    assert sessions["latency"]["count"] == 24
+    assert sessions["rss_mib_last"] > 0
+    overhead = run("overhead", "--nodes", "5000", "--updates", "5")
+    check_percentiles(overhead["end_to_end"])
+    assert overhead["ratio_median"] > 0
+    assert 20 < overhead["changed"] < 200, overhead["changed"]
+
+
+if __name__ == "__main__":
+    main()
