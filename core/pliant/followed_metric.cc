@@ -243,8 +243,18 @@ std::shared_ptr<MetricField> FollowedMetric::CopyWith(const WantedTensors& other
   return CopyOf(std::move(tensors));
 }
 
-/// The mesh as a background mesh with these tensors. The mesh is valid, and so are they.
+/// The mesh as a background mesh with these tensors. The mesh is valid, and so are they. Hints
+/// become those of the copy, which numbers triangles in order of slot: the first question of every
+/// vertex would else walk there from anywhere.
 std::shared_ptr<MetricField> FollowedMetric::CopyOf(std::vector<Metric> tensors) const {
+  std::vector<std::int32_t> rank_of(static_cast<std::size_t>(mesh_.triangle_slots()));
+  std::int32_t rank = 0;
+  for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) {
+    if (mesh_.triangle(TriangleId(t)).live) rank_of[static_cast<std::size_t>(t)] = rank++;
+  }
+  for (const VertexId vertex : LiveVertices(mesh_)) {
+    edit_.Hint(vertex) = rank_of[mesh_.vertex(vertex).triangle.index()];
+  }
   return BackgroundField::Make({ExportMesh(mesh_).data, std::move(tensors)}, {}).value();
 }
 

@@ -61,6 +61,12 @@ def _front(name, aspect, slope, scale):
     return Case(name, 0, 1, metric)
 
 
+def front_at(xc, nodes):
+    """Case E: the front of C where it stands after some steps."""
+    still = by_name("C", nodes)
+    return Case("E", 0, 1, lambda points: still.metric(points - (xc - 0.5, 0)))
+
+
 def by_name(name, nodes):
     if name == "A":
         return gaussian(nodes)
