@@ -68,7 +68,7 @@ bool SetKey(const std::string& key, const YAML::Node& value, Config& config) {
   } else if (key == "data" && value.as<std::string>() == "none") {
     // The only kind of store so far; the key is there so that a file can say it.
   } else {
-    return false;
+    return SetJobKey(key, value, config.jobs);
   }
   return true;
 }
@@ -142,6 +142,7 @@ void AddFlags(CLI::App& app, Config& config, std::string& config_path, std::stri
   app.add_option("--bookmark-ms", config.bookmark_ms,
                  "Time without news after which a subscriber gets a bookmark, in ms")
       ->capture_default_str();
+  AddJobFlags(app, config.jobs);
   app.add_option("--data", data, "Where sessions are kept; only `none`, in memory, so far")
       ->capture_default_str()
       ->check(CLI::IsMember({"none"}));
@@ -275,7 +276,7 @@ Status CheckConfig(const Config& config) {
   if (config.bookmark_ms < 1 || config.bookmark_ms > 3'600'000) {
     return out_of_range("--bookmark-ms must be 1 to 3,600,000", "bookmark-ms");
   }
-  return {};
+  return CheckJobConfig(config.jobs);
 }
 
 }  // namespace pliant::server

@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "core/base/result.h"
+#include "server/config_jobs.h"
 #include "server/limits.h"
 #include "server/log.h"
 
@@ -49,6 +50,7 @@ struct Config {
   std::int64_t connection_age_max_s = 0;
   /// Time without news after which a subscriber gets a bookmark.
   std::int64_t bookmark_ms = kBookmarkMsDefault;
+  JobConfig jobs = {};
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
 };

@@ -1,6 +1,7 @@
 #include "server/error_status.h"
 
 #include "core/base/check.h"
+#include "core/base/job_codes.h"
 
 namespace pliant::server {
 namespace {
@@ -63,6 +64,9 @@ v1::ErrorDetail ToErrorDetail(const Error& error) {
 }
 
 grpc::StatusCode StatusCodeOf(ErrorCode code) {
+  if (code == kJobNotFound) return grpc::StatusCode::NOT_FOUND;
+  if (code == kJobExists) return grpc::StatusCode::ALREADY_EXISTS;
+  if (code == kJobNotDone) return grpc::StatusCode::FAILED_PRECONDITION;
   switch (code) {
     case ErrorCode::kArrayLength:
     case ErrorCode::kArrayType:

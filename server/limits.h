@@ -117,6 +117,25 @@ inline constexpr std::size_t kStoreQueueBytesMax = std::size_t{256} << 20;
 /// Writes in one transaction: so many share one wait for the disk, and fail together at first.
 inline constexpr std::size_t kStoreGroupMax = 256;
 
+// Jobs.
+
+/// Jobs at once unless configured otherwise, in all states together: without its input and result
+/// one holds a few KiB.
+inline constexpr std::size_t kJobsMaxDefault = 10'000;
+/// Bytes of inputs and results at which new jobs are refused, unless configured otherwise: results
+/// of a hundred million vertices in all. What runs then still finds a place for its result, so the
+/// bound is exceeded by at most the results of the jobs that run at once.
+inline constexpr std::size_t kJobsBytesMaxDefault = std::size_t{8} << 30;
+/// Time for which an ended job is kept that does not say, in h: until somebody has looked on the
+/// next day.
+inline constexpr std::int64_t kJobKeepHDefault = 24;
+/// And at most, in h: a month; a job is no archive.
+inline constexpr std::int64_t kJobKeepHMax = 720;
+inline constexpr std::int64_t kJobKeepMsMax = kJobKeepHMax * 3'600'000;
+/// Bytes of one page of a list of jobs: half of a message. One job more may be in it if it is
+/// alone.
+inline constexpr std::size_t kJobPageBytesMax = 512 << 10;
+
 // Shutdown.
 
 /// Time that streams get to take their last messages at shutdown, in ms, unless configured.

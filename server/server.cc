@@ -10,6 +10,7 @@
 #include <random>
 #include <utility>
 
+#include "server/jobs/memory_job_store.h"
 #include "server/limits.h"
 
 namespace pliant::server {
@@ -47,6 +48,7 @@ Result<std::unique_ptr<Server>> Server::Start(const Config& config, Parts parts)
     PLIANT_ASSIGN_OR_RETURN(access, Access::FromFile(config.tokens));
   }
   std::unique_ptr<Server> server(new Server(config, std::move(parts), std::move(access)));
+  PLIANT_RETURN_IF_ERROR(server->jobs_.Load());
   PLIANT_RETURN_IF_ERROR(server->Bind());
   return server;
 }
@@ -74,11 +76,28 @@ Server::Server(const Config& config, Parts parts, Access access)
                .accounts = &accounts_,
                .limits = {.vertices_max = config.vertices_max},
                .sessions_max = config.sessions_max,
+               .jobs_max = config.jobs.jobs_max,
                .bookmark_interval = std::chrono::milliseconds(config.bookmark_ms)},
       sessions_(context_),
-      info_(context_) {}
+      info_(context_),
+      job_store_(std::make_unique<MemoryJobStore>()),
+      jobs_({.clock = parts_.clock,
+             .log = parts_.log,
+             .scheduler = &scheduler_,
+             .store = job_store_.get(),
+             .factory = parts_.engine_factory,
+             .codec = WireJobCodec(context_.limits)},
+            JobBoundsOf(config.jobs, ThreadCount(config.workers)), RandomSeed()),
+      job_service_({.jobs = &jobs_,
+                    .access = &access_,
+                    .calls = &calls_,
+                    .limits = context_.limits,
+                    .keep = JobKeepOf(config.jobs)}) {}
 
-Server::~Server() { Shutdown(); }
+Server::~Server() {
+  Shutdown();
+  scheduler_.Stop();  // Also where it never served: no task outlives what it uses.
+}
 
 Status Server::Bind() {
   // Never given back: whoever gives back the last reference to gRPC's library joins its threads,
@@ -106,7 +125,7 @@ Status Server::Bind() {
   }
   builder.RegisterService(&sessions_);
   builder.RegisterService(&info_);
-  builder.RegisterService(&jobs_);
+  builder.RegisterService(&job_service_);
   grpc_ = builder.BuildAndStart();
   const bool is_unix = config_.listen.starts_with("unix:");
   if (grpc_ == nullptr || (!is_unix && port == 0)) {
@@ -132,6 +151,7 @@ void Server::Shutdown() {
   for (const std::shared_ptr<Session>& session : registry_.All()) {
     session->Drain({ErrorCode::kUnavailable, "the server shuts down; connect again later", {}});
   }
+  jobs_.Stop();
   // Workers go on while calls end.
   calls_.WaitForNone(std::chrono::milliseconds(config_.drain_ms));
   grpc_->Shutdown(std::chrono::system_clock::now() + std::chrono::milliseconds(kLastWordsMs));

@@ -13,6 +13,8 @@
 #include "server/config.h"
 #include "server/engine.h"
 #include "server/idle_sweeper.h"
+#include "server/job_service.h"
+#include "server/jobs/jobs.h"
 #include "server/log.h"
 #include "server/scheduler.h"
 #include "server/service.h"
@@ -59,7 +61,9 @@ class Server {
   const ServiceContext context_;
   SessionServiceImpl sessions_;
   ServerServiceImpl info_;
-  v1::JobService::CallbackService jobs_;  // Its base answers UNIMPLEMENTED.
+  const std::unique_ptr<JobStore> job_store_;
+  Jobs jobs_;
+  JobServiceImpl job_service_;
   std::unique_ptr<grpc::Server> grpc_;
   std::string address_;
   std::optional<IdleSweeper> sweeper_;

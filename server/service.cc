@@ -1,13 +1,12 @@
 #include "server/service.h"
 
-#include <charconv>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "server/blobs.h"
 #include "server/convert_reply.h"
+#include "server/convert_request.h"
 #include "server/creation.h"
 #include "server/download.h"
 #include "server/error_status.h"
@@ -15,47 +14,10 @@
 #include "server/request_id.h"
 #include "server/session_stream.h"
 #include "server/subscribe_stream.h"
+#include "server/unary.h"
 
 namespace pliant::server {
 namespace {
-
-grpc::ServerUnaryReactor* End(grpc::CallbackServerContext* call, const Status& status) {
-  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-  reactor->Finish(status.ok() ? grpc::Status::OK : ToGrpcStatus(status.error()));
-  return reactor;
-}
-
-grpc::ServerUnaryReactor* Refuse(grpc::CallbackServerContext* call) {
-  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-  reactor->Finish(Access::Refusal());
-  return reactor;
-}
-
-Result<std::int64_t> ParsePageToken(const std::string& token) {
-  std::int64_t after = 0;
-  if (token.empty()) return after;
-  const auto [end, error] = std::from_chars(token.data(), token.data() + token.size(), after);
-  if (error == std::errc() && end == token.data() + token.size() && after > 0) return after;
-  return Error{ErrorCode::kOutOfRange, "page_token is not one that this server gave out",
-               "page_token"};
-}
-
-Result<std::size_t> CheckPageSize(std::int32_t page_size) {
-  if (page_size == 0) return std::size_t{kPageSizeDefault};
-  if (page_size > 0 && page_size <= kPageSizeMax) return static_cast<std::size_t>(page_size);
-  return Error{ErrorCode::kOutOfRange,
-               "page_size is " + std::to_string(page_size) + "; allowed are 1 to " +
-                   std::to_string(kPageSizeMax) + ", or 0 for " + std::to_string(kPageSizeDefault),
-               "page_size"};
-}
-
-Result<v1::Numbering> CheckNumbering(const v1::GetMeshRequest& request) {
-  if (!request.has_numbering()) return v1::NUMBERING_STABLE;
-  if (request.numbering() == v1::NUMBERING_STABLE || request.numbering() == v1::NUMBERING_DENSE) {
-    return request.numbering();
-  }
-  return Error{ErrorCode::kOutOfRange, "numbering is no known numbering", "numbering"};
-}
 
 // The revision that a reader asked for must be the current one: others are not kept yet.
 Status CheckRevision(std::int64_t wanted, const CommittedState& state) {
@@ -85,17 +47,11 @@ Result<std::vector<v1::GetMeshResponse>> MeshMessages(const Result<const Committ
     PLIANT_RETURN_IF_ERROR(CheckNothingStaged(*state));
   ReplyContext context = wanted;
   context.applied_update_id = state->applied_update_id;
-  v1::MeshSnapshot snapshot = ToMeshSnapshot(state->engine.Snapshot(), context);
-  std::int64_t last_blob_id = 0;
-  std::vector<v1::GetMeshResponse> messages;
-  for (v1::BlobChunk& chunk : TakeLargeArrays(snapshot, last_blob_id)) {
-    v1::GetMeshResponse& message = messages.emplace_back();
-    message.set_revision(snapshot.revision());
-    *message.mutable_chunk() = std::move(chunk);
+  std::vector<v1::GetMeshResponse> messages =
+      InMessages<v1::GetMeshResponse>(ToMeshSnapshot(state->engine.Snapshot(), context));
+  for (v1::GetMeshResponse& message : messages) {
+    message.set_revision(static_cast<std::int64_t>(state->revision));
   }
-  v1::GetMeshResponse& last = messages.emplace_back();
-  last.set_revision(snapshot.revision());
-  *last.mutable_snapshot() = std::move(snapshot);
   return messages;
 }
 
@@ -143,9 +99,9 @@ grpc::ServerUnaryReactor* SessionServiceImpl::ListSessions(grpc::CallbackServerC
                                                            v1::ListSessionsResponse* response) {
   const std::optional<std::string> tenant = context_.access->TenantOf(*call);
   if (!tenant) return Refuse(call);
-  const Result<std::int64_t> after = ParsePageToken(request->page_token());
+  const Result<std::int64_t> after = ConvertPageToken(request->page_token());
   if (!after.ok()) return End(call, after.error());
-  const Result<std::size_t> count_max = CheckPageSize(request->page_size());
+  const Result<std::size_t> count_max = ConvertPageSize(request->page_size());
   if (!count_max.ok()) return End(call, count_max.error());
   const SessionRegistry::Page page = context_.registry->List(*tenant, *after, *count_max);
   for (const std::shared_ptr<Session>& session : page.sessions) {
@@ -195,7 +151,7 @@ grpc::ServerWriteReactor<v1::SubscribeResponse>* SessionServiceImpl::Subscribe(
 
 grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
     grpc::CallbackServerContext* call, const v1::GetMeshRequest* request) {
-  auto* download = new Download(downloads_, *context_.calls);
+  auto* download = new Download<v1::GetMeshResponse>(downloads_, *context_.calls);
   const int active = ++downloads_;
   const std::optional<std::string> tenant = context_.access->TenantOf(*call);
   if (!tenant) {
@@ -213,7 +169,7 @@ grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
                             context_.registry->Find(*tenant, request->session_id()));
     ReplyContext wanted;
     PLIANT_ASSIGN_OR_RETURN(wanted.parts, ConvertParts(request->parts()));
-    PLIANT_ASSIGN_OR_RETURN(wanted.numbering, CheckNumbering(*request));
+    PLIANT_ASSIGN_OR_RETURN(wanted.numbering, NumberingOf(*request));
     // The request lives as long as the call.
     return session->Post([download, request, wanted](const Result<const CommittedState*>& state) {
       auto messages = MeshMessages(state, *request, wanted);
@@ -253,15 +209,34 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                                            v1::GetServerInfoResponse* response) {
   if (!context_.access->TenantOf(*call)) return Refuse(call);
   response->set_version(PLIANT_VERSION);
-  for (const char* capability : {"create.domain",         "create.mesh",      "edit.metric",
-                                 "edit.boundary",         "edit.nodes",       "edit.fields",
-                                 "edit.constraints",      "edit.options",     "edit.discard",
-                                 "edit.advance",          "edit.rollback",    "metric.expression",
-                                 "metric.size",           "metric.vertices",  "metric.background",
-                                 "metric.solution",       "limits.size_min",  "limits.size_max",
-                                 "limits.anisotropy_max", "limits.gradation", "limits.rotation",
-                                 "part.metric",           "part.fields",      "part.transfer",
-                                 "numbering.dense",       "subscribe",        "revisions",
+  for (const char* capability : {"create.domain",
+                                 "create.mesh",
+                                 "edit.metric",
+                                 "edit.boundary",
+                                 "edit.nodes",
+                                 "edit.fields",
+                                 "edit.constraints",
+                                 "edit.options",
+                                 "edit.discard",
+                                 "edit.advance",
+                                 "edit.rollback",
+                                 "metric.expression",
+                                 "metric.size",
+                                 "metric.vertices",
+                                 "metric.background",
+                                 "metric.solution",
+                                 "limits.size_min",
+                                 "limits.size_max",
+                                 "limits.anisotropy_max",
+                                 "limits.gradation",
+                                 "limits.rotation",
+                                 "part.metric",
+                                 "part.fields",
+                                 "part.transfer",
+                                 "numbering.dense",
+                                 "subscribe",
+                                 "revisions",
+                                 "jobs",
                                  "quality.limited"}) {
     response->add_capabilities(capability);
   }
@@ -274,6 +249,8 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
   limits["expression_length"] = static_cast<std::int64_t>(kExpressionLengthMax);
   limits["sessions"] = static_cast<std::int64_t>(context_.sessions_max);
   limits["vertices"] = context_.limits.vertices_max;
+  limits["jobs"] = static_cast<std::int64_t>(context_.jobs_max);
+  limits["job_keep_ms"] = kJobKeepMsMax;
   return End(call, {});
 }
 

@@ -6,7 +6,6 @@
 #include <chrono>
 #include <cstdint>
 
-#include "pliant/v1/job.grpc.pb.h"
 #include "pliant/v1/session.grpc.pb.h"
 #include "server/access.h"
 #include "server/call_counter.h"
@@ -26,6 +25,7 @@ struct ServiceContext {
   TenantAccounts* accounts = nullptr;
   RequestLimits limits;
   std::size_t sessions_max = 0;
+  std::size_t jobs_max = 0;
   std::chrono::milliseconds bookmark_interval{0};
 };
 

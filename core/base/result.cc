@@ -1,8 +1,13 @@
 #include "core/base/result.h"
 
+#include "core/base/job_codes.h"
+
 namespace pliant {
 
 std::string_view ErrorCodeName(ErrorCode code) {
+  if (code == kJobNotFound) return "JOB_NOT_FOUND";
+  if (code == kJobExists) return "JOB_EXISTS";
+  if (code == kJobNotDone) return "JOB_NOT_DONE";
   switch (code) {
 #define PLIANT_CASE(constant, name) \
   case ErrorCode::constant:         \

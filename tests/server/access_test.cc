@@ -6,7 +6,7 @@
 #include <map>
 #include <string>
 
-#include "tests/support/in_process_server.h"
+#include "tests/support/job_client.h"
 
 namespace pliant::server {
 namespace {
@@ -151,6 +151,38 @@ TEST_F(TenantsTest, NoCallSeesAnothersSession) {
     const grpc::Status status = As("bbbbbbbbbbbbbbbb", call);
     EXPECT_TRUE(status.ok()) << status.error_message();
   }
+}
+
+// Method: every call of the service for jobs on a job of `wing`, as its owner, as `rotor`, and as
+// nobody; then the same id for `rotor`, who sees his own.
+TEST_F(TenantsTest, NoCallSeesAnothersJob) {
+  test::JobClient wing(server_, "aaaaaaaaaaaaaaaa");
+  test::JobClient wing_too(server_, "bbbbbbbbbbbbbbbb");
+  test::JobClient rotor(server_, "cccccccccccccccc");
+  test::JobClient nobody(server_);
+  EXPECT_EQ(nobody.Submit(test::SquareJob("j")).error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  ASSERT_TRUE(wing.Submit(test::SquareJob("j", "0.5")).ok());
+  EXPECT_EQ(wing.Wait("j").state(), v1::JOB_STATE_DONE);
+  v1::Job job;
+  v1::MeshSnapshot mesh;
+  v1::ListJobsResponse list;
+  const std::map<std::string, std::function<grpc::Status(test::JobClient&)>> calls = {
+      {"GetJob", [&](test::JobClient& client) { return client.Get("j", &job); }},
+      {"CancelJob", [&](test::JobClient& client) { return client.Cancel("j", &job); }},
+      {"FetchResult", [&](test::JobClient& client) { return client.Fetch("j", &mesh); }}};
+  for (const auto& [name, call] : calls) {
+    SCOPED_TRACE(name);
+    EXPECT_EQ(test::ReasonOf(call(rotor)), "JOB_NOT_FOUND");
+    EXPECT_EQ(test::ReasonOf(call(nobody)), "UNAUTHENTICATED");
+    EXPECT_TRUE(call(wing_too).ok());
+  }
+  EXPECT_EQ(nobody.List({}, &list).error_code(), grpc::StatusCode::UNAUTHENTICATED);
+  ASSERT_TRUE(rotor.List({}, &list).ok());
+  EXPECT_EQ(list.jobs_size(), 0);
+  ASSERT_TRUE(rotor.Submit(test::SquareJob("j", "0.3")).ok());
+  EXPECT_EQ(rotor.Wait("j").state(), v1::JOB_STATE_DONE);
+  ASSERT_TRUE(wing.List({}, &list).ok());
+  EXPECT_EQ(list.jobs_size(), 1);
 }
 
 TEST_F(TenantsTest, ListsAndIdsAndLimitsAreATenantsOwn) {

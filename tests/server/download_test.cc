@@ -4,7 +4,9 @@
 
 #include <memory>
 #include <string>
+#include <vector>
 
+#include "server/limits.h"
 #include "tests/support/fake_server_parts.h"
 #include "tests/support/in_process_server.h"
 
@@ -37,6 +39,24 @@ TEST(Download, SendsTheCurrentRevisionAndRefusesOthers) {
   request.set_numbering(v1::NUMBERING_DENSE);
   request.add_parts(v1::MESH_PART_RAW_METRIC);
   EXPECT_EQ(test::ReasonOf(server.GetMesh(request, &mesh)), "UNIMPLEMENTED");
+}
+
+// Goal: a snapshot of any size leaves in messages of at most kMessageBytesMax, arrays first.
+TEST(Download, SplitsASnapshotIntoMessages) {
+  v1::MeshSnapshot snapshot;
+  snapshot.set_revision(3);
+  *snapshot.mutable_vertex_ids() = test::Ints(std::vector<std::int32_t>(400'000, 1));
+  *snapshot.mutable_edge_ids() = test::Ints({1, 2, 3});
+  const auto messages = InMessages<v1::GetMeshResponse>(snapshot);
+  ASSERT_EQ(messages.size(), 5U) << "1.6 MB in chunks of 512 KiB";
+  BlobAssembler blobs;
+  for (std::size_t i = 0; i < 4; ++i) {
+    EXPECT_LE(messages[i].ByteSizeLong(), static_cast<std::size_t>(kMessageBytesMax));
+    ASSERT_TRUE(blobs.Add(messages[i].chunk()).ok());
+  }
+  v1::MeshSnapshot back = messages.back().snapshot();
+  ASSERT_TRUE(blobs.Resolve(back).ok());
+  EXPECT_EQ(back.SerializeAsString(), snapshot.SerializeAsString());
 }
 
 // Goal: what is staged is no part of a revision: the mesh can be read, the metric must wait.

@@ -5,6 +5,8 @@
 #include <map>
 #include <string>
 
+#include "core/base/job_codes.h"
+
 namespace pliant::server {
 namespace {
 
@@ -15,6 +17,9 @@ TEST(ErrorStatus, MapsCausesAsTheReadmeSays) {
       {ErrorCode::kArrayType, grpc::StatusCode::INVALID_ARGUMENT},
       {ErrorCode::kSessionNotFound, grpc::StatusCode::NOT_FOUND},
       {ErrorCode::kRevisionNotFound, grpc::StatusCode::NOT_FOUND},
+      {kJobNotFound, grpc::StatusCode::NOT_FOUND},
+      {kJobExists, grpc::StatusCode::ALREADY_EXISTS},
+      {kJobNotDone, grpc::StatusCode::FAILED_PRECONDITION},
       {ErrorCode::kSessionExists, grpc::StatusCode::ALREADY_EXISTS},
       {ErrorCode::kProtocolOrder, grpc::StatusCode::FAILED_PRECONDITION},
       {ErrorCode::kUpdateRejected, grpc::StatusCode::FAILED_PRECONDITION},

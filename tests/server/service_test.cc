@@ -5,7 +5,6 @@
 
 #include <memory>
 #include <string>
-#include <vector>
 
 #include "server/limits.h"
 #include "tests/support/fake_server_parts.h"
@@ -116,24 +115,15 @@ TEST_F(ServiceTest, MeasuresTheCommittedRevision) {
             "UNIMPLEMENTED");
 }
 
-// Goal: what proto/README.md lists as not implemented says so, and nothing hangs.
-TEST_F(ServiceTest, AnswersUnimplementedForWhatIsNot) {
-  Create("a");
-  std::vector<grpc::StatusCode> codes;
-  {
-    grpc::ClientContext context;
-    v1::ListJobsResponse response;
-    codes.push_back(server_.jobs->ListJobs(&context, {}, &response).error_code());
-  }
-  EXPECT_THAT(codes, testing::Each(grpc::StatusCode::UNIMPLEMENTED));
-}
-
 TEST_F(ServiceTest, TellsItsVersionCapabilitiesAndLimits) {
   grpc::ClientContext context;
   v1::GetServerInfoResponse response;
   ASSERT_TRUE(server_.info->GetServerInfo(&context, {}, &response).ok());
   EXPECT_FALSE(response.version().empty());
   EXPECT_THAT(response.capabilities(), Contains("metric.expression"));
+  EXPECT_THAT(response.capabilities(), Contains("jobs"));
+  EXPECT_EQ(response.limits().at("jobs"), static_cast<std::int64_t>(kJobsMaxDefault));
+  EXPECT_EQ(response.limits().at("job_keep_ms"), kJobKeepMsMax);
   EXPECT_EQ(response.limits().at("message_bytes"), kMessageBytesMax);
   EXPECT_EQ(response.limits().at("sessions"), static_cast<std::int64_t>(kSessionsMaxDefault));
 }

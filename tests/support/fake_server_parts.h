@@ -22,7 +22,9 @@ namespace pliant::server {
 class ManualClock final : public Clock {
  public:
   [[nodiscard]] Time Now() const override { return Time(Duration(ticks_.load())); }
-  [[nodiscard]] WallTime WallNow() const override { return WallTime(std::chrono::hours(1)); }
+  [[nodiscard]] WallTime WallNow() const override {
+    return WallTime(std::chrono::hours(1)) + Duration(ticks_.load());
+  }
   void Advance(Duration duration) { ticks_ += duration.count(); }
 
  private:

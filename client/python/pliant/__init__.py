@@ -43,6 +43,7 @@ from pliant.errors import (
     Unimplemented)
 from pliant.fields import FieldRows, TransferRows
 from pliant.geometry import Domain, Mesh
+from pliant.jobs import JobInfo, JobReport
 from pliant.local import start_local
 from pliant.options import Advance
 from pliant.quality import Histogram, LengthStatistics, Quality
@@ -53,8 +54,8 @@ from pliant.subscription import Subscription
 __all__ = [
     "Advance", "AlreadyExists", "Cancelled", "Change", "Client", "Counts", "DeadlineExceeded",
     "Diff", "Domain", "Error", "FailedPrecondition", "FieldRows", "Histogram", "Internal",
-    "InvalidInput", "LengthStatistics", "Mesh", "MeshView", "NotFound", "Progress", "Quality",
-    "ReplicaMismatch", "ResourceExhausted", "Session", "SessionBusy", "SessionInfo", "Subscription",
-    "TransferRows", "Trouble", "Unauthenticated", "Unavailable", "Unimplemented", "connect",
-    "errors", "metric", "motion", "options", "start_local",
+    "InvalidInput", "JobInfo", "JobReport", "LengthStatistics", "Mesh", "MeshView", "NotFound",
+    "Progress", "Quality", "ReplicaMismatch", "ResourceExhausted", "Session", "SessionBusy",
+    "SessionInfo", "Subscription", "TransferRows", "Trouble", "Unauthenticated", "Unavailable",
+    "Unimplemented", "connect", "errors", "metric", "motion", "options", "start_local",
 ]

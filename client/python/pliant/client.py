@@ -5,12 +5,11 @@ import weakref
 from dataclasses import dataclass
 from typing import Any, List, Mapping, Optional
 
-from pliant import arrays, calls, channel, errors, geometry
-from pliant import metric as metrics
+from pliant import arrays, calls, channel, errors, geometry, inputs, jobs
 from pliant import options as opts
 from pliant.session import Session
 from pliant.subscription import Subscription
-from pliant.v1 import mesh_pb2, metric_pb2, session_pb2, session_pb2_grpc
+from pliant.v1 import mesh_pb2, session_pb2, session_pb2_grpc
 
 _CONNECT_S_MAX = 10.0
 
@@ -35,7 +34,7 @@ class SessionInfo:
     labels: Mapping[str, str]
 
 
-class Client:
+class Client(jobs.JobCalls):
     """A connection to one server; made by `connect` and `start_local`.
 
     Attributes:
@@ -51,6 +50,7 @@ class Client:
         self.address = address
         self._server = server
         self._channel = channel.make(address, **security)
+        super().__init__(self._channel)
         self._sessions = session_pb2_grpc.SessionServiceStub(self._channel)
         self._open: weakref.WeakSet = weakref.WeakSet()
         get_info = session_pb2_grpc.ServerServiceStub(self._channel).GetServerInfo
@@ -95,30 +95,10 @@ class Client:
                 CROSSING_SEGMENTS, field "domain.segments", index and other_index the segments.
             AlreadyExists: `session_id` is taken.
         """
-        if (domain is None) == (mesh is None):
-            raise errors.InvalidInput("EMPTY", "give either a domain or a mesh", field="domain")
-        if domain is not None and not isinstance(domain, geometry.Domain):
-            raise errors.InvalidInput("ARRAY_TYPE", "domain must be a pliant.Domain; got "
-                                      f"{type(domain).__name__}", field="domain")
-        if metric is None:
-            raise errors.InvalidInput("EMPTY", "metric is required", field="metric")
-        limits, session_options = opts.split(options)
-        source = metrics.as_metric(metric)
-        if mesh is not None:
-            mesh = geometry.as_mesh(mesh)
-            if isinstance(source, metrics.Vertices) and source.vertex_ids is None:
-                arrays.check_rows("metric.tensors", source.tensors, len(mesh.points),
-                                  "point of the mesh")
-        elif isinstance(source, metrics.Vertices):
-            raise errors.InvalidInput("ARRAY_TYPE", "tensors belong to the vertices of a mesh; for "
-                                      "a domain use pliant.metric.background, expression or size",
-                                      field="metric")
         sender = arrays.BlobSender()
-        message = session_pb2.CreateSession(
-            session_id=session_id, domain=domain and domain.to_wire(sender),
-            mesh=mesh and mesh.to_wire(sender), options=session_options.to_wire(), labels=labels,
-            metric=metric_pb2.MetricUpdate(sources=[source.to_wire(sender, 0)],
-                                           limits=limits.to_wire()))
+        message = inputs.message_of(sender, domain, mesh, metric, options)
+        message.session_id = session_id
+        message.labels.update(labels or {})
         session = self._session(self._upload(message, sender), True,
                                 _parts(with_metric, with_transfer))
         try:

@@ -50,15 +50,15 @@ class InvalidInput(Error, ValueError):
 
 
 class NotFound(Error, LookupError):
-    """There is no such session or revision."""
+    """There is no such session, revision or job."""
 
 
 class AlreadyExists(Error):
-    """The wished session id is taken."""
+    """The wished id of a session or job is taken."""
 
 
 class FailedPrecondition(Error):
-    """The call does not fit the session's state, e.g. REVISION_MISMATCH or UPDATE_REJECTED."""
+    """The call does not fit the state of session or job, e.g. REVISION_MISMATCH, JOB_NOT_DONE."""
 
 
 class SessionBusy(Error):
