@@ -109,7 +109,7 @@ Result<MetricUpdate> ConvertLimits(const v1::MetricUpdate& wire) {
   if (limits.has_anisotropy_max()) update.anisotropy_max = limits.anisotropy_max();
   if (limits.has_gradation()) update.gradation = limits.gradation();
   if (limits.has_rotation()) update.rotation = limits.rotation();
-  if (limits.geometry() != 0) return NotYet("The geometry limit", "metric.limits.geometry");
+  if (limits.has_geometry()) update.geometry = limits.geometry();
   if (limits.gap_element_count() != 0) {
     return NotYet("The gap limit", "metric.limits.gap_element_count");
   }
@@ -155,7 +155,8 @@ Result<MetricSpec> ConvertFirstMetric(const v1::CreateSession& create,
                  .size_max = limits.size_max.value_or(0),
                  .anisotropy_max = limits.anisotropy_max.value_or(0)};
   spec.gradation = {.gradation = limits.gradation.value_or(0),
-                    .rotation = limits.rotation.value_or(0)};
+                    .rotation = limits.rotation.value_or(0),
+                    .geometry = limits.geometry.value_or(0)};
   return spec;
 }
 

@@ -164,6 +164,23 @@ void WriteBody(const SnapshotEvent& snapshot, const SessionEvent&, const WantedP
       *snapshot.snapshot, {.applied_update_id = snapshot.applied_update_id, .parts = parts});
 }
 
+/// The stages of the metric pipeline that changed something.
+void WriteLimits(const MetricReport& report, v1::AdvanceResult& result) {
+  const auto write = [&](v1::LimitStage stage, std::int64_t vertex_count) {
+    if (vertex_count == 0) return;
+    v1::LimitReport& wire = *result.add_limits();
+    wire.set_stage(stage);
+    wire.set_vertex_count(vertex_count);
+    wire.set_ratio_max(report.size_ratio_max);
+    wire.set_worst_vertex_id(report.worst.value());
+    wire.set_complexity_before(report.raw_complexity);
+    wire.set_complexity_after(report.limited_complexity);
+  };
+  write(v1::LIMIT_STAGE_GEOMETRY, report.geometry_count);
+  write(v1::LIMIT_STAGE_ROTATION, report.rotation_count);
+  write(v1::LIMIT_STAGE_GRADATION, report.gradation_count);
+}
+
 void WriteBody(const AdvancedEvent& advanced, const SessionEvent& event, const WantedParts&,
                v1::EditResponse& response) {
   v1::AdvanceResult& wire = *response.mutable_advanced();
@@ -183,6 +200,7 @@ void WriteBody(const AdvancedEvent& advanced, const SessionEvent& event, const W
   wire.set_elapsed_us(advanced.elapsed.count());
   for (const Trouble& trouble : advanced.troubles) Write(trouble, *wire.add_troubles());
   if (advanced.motion_fraction) wire.set_motion_fraction(*advanced.motion_fraction);
+  WriteLimits(advanced.progress.metric, wire);
 }
 
 void WriteBody(const ClosingEvent& closing, const SessionEvent&, const WantedParts&,

@@ -75,8 +75,10 @@ class RemesherEngine final : public Engine {
     snapshot.fields.changed = remesher_->fields().At(snapshot.vertex_ids, snapshot.triangle_ids);
     return snapshot;
   }
-  Quality MeasureQuality() const override {
-    return pliant::MeasureQuality(remesher_->mesh(), remesher_->field());
+  Quality MeasureQuality(MetricBasis basis) const override {
+    return pliant::MeasureQuality(remesher_->mesh(), basis == MetricBasis::kRaw
+                                                         ? *remesher_->raw_field()
+                                                         : remesher_->field());
   }
   std::vector<std::string> Validate() const override { return pliant::Validate(remesher_->mesh()); }
   std::optional<RevisionDelta> TakeUndo() override { return remesher_->TakeUndo(); }

@@ -39,6 +39,9 @@ struct SolutionRequest {
   SolutionTarget target = {};
 };
 
+/// Which metric a mesh is measured with: the one it follows, or the one that was sent.
+enum class MetricBasis { kLimited, kRaw };
+
 /// What a session asks of its mesh: pliant::Remesher, seen through an interface so that tests can
 /// make a session's engine fail. Functions mean what they mean in core/pliant/remesher.h.
 ///
@@ -76,7 +79,7 @@ class Engine {
   [[nodiscard]] virtual bool building() const { return false; }
   /// The whole mesh of the last commit as a diff from nothing, whatever has changed since.
   [[nodiscard]] virtual MeshDiff Snapshot() const = 0;
-  [[nodiscard]] virtual Quality MeasureQuality() const = 0;
+  [[nodiscard]] virtual Quality MeasureQuality(MetricBasis basis) const = 0;
   /// What is wrong with the mesh, a sentence each: asked after a bug, before going on.
   [[nodiscard]] virtual std::vector<std::string> Validate() const = 0;
   [[nodiscard]] virtual Revision revision() const = 0;

@@ -55,23 +55,24 @@ Result<std::vector<v1::GetMeshResponse>> MeshMessages(const Result<const Committ
   return messages;
 }
 
-Status FillQuality(const Result<const CommittedState*>& result, v1::QualityReport& report) {
+Status FillQuality(const Result<const CommittedState*>& result, MetricBasis basis,
+                   v1::QualityReport& report) {
   PLIANT_ASSIGN_OR_RETURN(const CommittedState* state, result);
   PLIANT_RETURN_IF_ERROR(CheckNothingStaged(*state));
-  const Quality quality = state->engine.MeasureQuality();
+  const Quality quality = state->engine.MeasureQuality(basis);
   report = ToQualityReport(quality);
+  report.set_basis(basis == MetricBasis::kRaw ? v1::METRIC_BASIS_RAW : v1::METRIC_BASIS_LIMITED);
   report.set_revision(static_cast<std::int64_t>(state->revision));
   report.set_active_count(state->active_count);
   *report.mutable_counts() = ToMeshCounts(state->summary);
   return {};
 }
 
-Status CheckBasis(const v1::GetQualityRequest& request) {
-  if (!request.has_basis() || request.basis() == v1::METRIC_BASIS_LIMITED) return {};
-  if (request.basis() == v1::METRIC_BASIS_RAW) {
-    return Error{ErrorCode::kUnimplemented, "METRIC_BASIS_RAW is not implemented by this server",
-                 "basis"};
+Result<MetricBasis> ConvertBasis(const v1::GetQualityRequest& request) {
+  if (!request.has_basis() || request.basis() == v1::METRIC_BASIS_LIMITED) {
+    return MetricBasis::kLimited;
   }
+  if (request.basis() == v1::METRIC_BASIS_RAW) return MetricBasis::kRaw;
   return Error{ErrorCode::kOutOfRange, "basis is no known basis", "basis"};
 }
 
@@ -193,11 +194,12 @@ grpc::ServerUnaryReactor* SessionServiceImpl::GetQuality(grpc::CallbackServerCon
   const Result<std::shared_ptr<Session>> session =
       context_.registry->Find(*tenant, request->session_id());
   if (!session.ok()) return End(call, session.error());
-  if (const Status status = CheckBasis(*request); !status.ok()) return End(call, status);
+  const Result<MetricBasis> basis = ConvertBasis(*request);
+  if (!basis.ok()) return End(call, basis.error());
   grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
   const Status status =
-      (*session)->Post([reactor, response](const Result<const CommittedState*>& state) {
-        const Status filled = FillQuality(state, *response->mutable_quality());
+      (*session)->Post([reactor, response, basis](const Result<const CommittedState*>& state) {
+        const Status filled = FillQuality(state, *basis, *response->mutable_quality());
         reactor->Finish(filled.ok() ? grpc::Status::OK : ToGrpcStatus(filled.error()));
       });
   if (!status.ok()) reactor->Finish(ToGrpcStatus(status.error()));
@@ -230,6 +232,7 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                  "limits.anisotropy_max",
                                  "limits.gradation",
                                  "limits.rotation",
+                                 "limits.geometry",
                                  "part.metric",
                                  "part.fields",
                                  "part.transfer",
@@ -237,7 +240,8 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                  "subscribe",
                                  "revisions",
                                  "jobs",
-                                 "quality.limited"}) {
+                                 "quality.limited",
+                                 "quality.raw"}) {
     response->add_capabilities(capability);
   }
   auto& limits = *response->mutable_limits();

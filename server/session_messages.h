@@ -61,6 +61,7 @@ struct MetricUpdate {
   std::optional<double> anisotropy_max = {};
   std::optional<double> gradation = {};
   std::optional<double> rotation = {};
+  std::optional<double> geometry = {};
 };
 
 /// What moves.

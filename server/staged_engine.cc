@@ -44,7 +44,7 @@ Status NamedBy(const Status& status, const std::string& update) {
 // word.
 bool ChangesLimits(const MetricUpdate& update) {
   return update.time || update.size_min || update.size_max || update.anisotropy_max ||
-         update.gradation || update.rotation;
+         update.gradation || update.rotation || update.geometry;
 }
 
 Error LimitsOfTensors() {
@@ -268,6 +268,7 @@ Status StagedEngine::SetSpec(const MetricUpdate& update) {
   if (update.anisotropy_max) spec.bounds.anisotropy_max = *update.anisotropy_max;
   if (update.gradation) spec.gradation.gradation = *update.gradation;
   if (update.rotation) spec.gradation.rotation = *update.rotation;
+  if (update.geometry) spec.gradation.geometry = *update.geometry;
   PLIANT_RETURN_IF_ERROR(engine_->SetMetric(spec));
   spec_ = std::make_shared<const MetricSpec>(std::move(spec));
   return {};

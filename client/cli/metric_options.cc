@@ -106,6 +106,12 @@ void AddMetricOptions(CLI::App& command, MetricOptions& options, MetricNeed need
       .add_option("--rotation", options.gradation.rotation,
                   "Limit on how far axes turn over one long element, 0.3 to 1.4; 0 is no limit")
       ->capture_default_str();
+  command
+      .add_option(
+          "--geometry", options.gradation.geometry,
+          "Greatest size at a point of the domain by the shortest segment there, 0.1 to 10; "
+          "1 suits short segments, with --hgrad; 0 is no limit")
+      ->capture_default_str();
 }
 
 Result<MetricSpec> MakeMetricSpec(const MetricOptions& options, const io::Geometry& input,

@@ -166,6 +166,22 @@ TroubleKind TroubleKindFrom(v1::TroubleKind kind) {
   }
 }
 
+/// The reports of the stages as one; a stage that changed nothing has none.
+MetricReport MetricReportFrom(const v1::AdvanceResult& result) {
+  MetricReport report;
+  for (const v1::LimitReport& limit : result.limits()) {
+    report.limits = true;
+    report.size_ratio_max = limit.ratio_max();
+    report.worst = VertexId(limit.worst_vertex_id());
+    report.raw_complexity = limit.complexity_before();
+    report.limited_complexity = limit.complexity_after();
+    if (limit.stage() == v1::LIMIT_STAGE_GEOMETRY) report.geometry_count = limit.vertex_count();
+    if (limit.stage() == v1::LIMIT_STAGE_ROTATION) report.rotation_count = limit.vertex_count();
+    if (limit.stage() == v1::LIMIT_STAGE_GRADATION) report.gradation_count = limit.vertex_count();
+  }
+  return report;
+}
+
 Trouble TroubleFrom(const v1::Trouble& trouble) {
   return {.kind = TroubleKindFrom(trouble.kind()),
           .vertex_count = trouble.vertex_count(),
@@ -243,6 +259,7 @@ v1::MetricUpdate ToWire(const MetricSpec& metric, ColumnWriter& columns) {
   limits.set_anisotropy_max(metric.bounds.anisotropy_max);
   limits.set_gradation(metric.gradation.gradation);
   limits.set_rotation(metric.gradation.rotation);
+  limits.set_geometry(metric.gradation.geometry);
   return message;
 }
 
@@ -371,6 +388,7 @@ AdvanceReport FromWire(const v1::AdvanceResult& result) {
           .swaps = result.swap_count(),
           .cooled_count = result.cooled_count(),
           .troubles = std::move(troubles),
+          .metric = MetricReportFrom(result),
           .compute_time = microseconds(result.compute_us()),
           .elapsed_time = microseconds(result.elapsed_us())};
 }

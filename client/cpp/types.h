@@ -12,6 +12,7 @@
 #include "core/geometry/domain.h"
 #include "core/geometry/mesh_data.h"
 #include "core/mesh/mesh_diff.h"
+#include "core/pliant/metric_report.h"
 #include "core/pliant/options.h"
 #include "core/pliant/trouble.h"
 
@@ -117,6 +118,8 @@ struct AdvanceReport {
   std::int64_t cooled_count = 0;
   /// Where the metric is not met, among what changed; empty while vertices are active.
   std::vector<Trouble> troubles = {};
+  /// What limits made of the metric; `changed_count` stays on the server.
+  MetricReport metric = {};
   std::chrono::microseconds compute_time{0};  ///< In the core.
   std::chrono::microseconds elapsed_time{0};  ///< From receipt to commit, on the server.
 };

@@ -91,6 +91,7 @@ void FrozenMesh::SetMetric(VertexId id, const Metric& metric) {
   if (row == nullptr) row = &vertices_.Insert(id.value(), RowOf(mesh_.vertex(id)));
   row->metric = metric;
   row->has_log = false;
+  cells_.clear();
 }
 
 std::array<Vec2, 3> FrozenMesh::PointsOf(const Triangle& triangle) {
@@ -98,26 +99,50 @@ std::array<Vec2, 3> FrozenMesh::PointsOf(const Triangle& triangle) {
   return {position(a), position(b), position(c)};
 }
 
-bool FrozenMesh::IsLive(std::int32_t slot) {
-  return slot >= 0 && slot < mesh_.triangle_slots() && triangle(TriangleId(slot)).live;
+FrozenMesh::Cell* FrozenMesh::FindCell(std::int32_t slot) {
+  if (slot < 0 || slot >= mesh_.triangle_slots()) return nullptr;
+  if (cells_.empty()) cells_.resize(kCellCount);
+  Cell& cell = cells_[static_cast<std::size_t>(slot) % kCellCount];
+  if (cell.slot == slot) return &cell;
+  const Triangle here = triangle(TriangleId(slot));
+  if (!here.live) return nullptr;
+  cell.slot = slot;
+  cell.has_logs = false;
+  cell.neighbors = here.neighbors;
+  cell.vertices = here.vertices;
+  cell.points = PointsOf(here);
+  return &cell;
+}
+
+LogMetric FrozenMesh::LogAt(Vec2 p, std::int32_t& hint) {
+  const Location location = Locate(p, hint);
+  hint = location.triangle;
+  Cell& cell = *FindCell(hint);
+  if (!cell.has_logs) {
+    for (std::size_t k = 0; k < 3; ++k) cell.logs[k] = Log(cell.vertices[k]);
+    cell.has_logs = true;
+  }
+  LogMetric mean = location.weights[0] * cell.logs[0];
+  for (std::size_t k = 1; k < 3; ++k) mean = mean + location.weights[k] * cell.logs[k];
+  return mean;
 }
 
 /// Where to begin: at the hint or where the last walk ended, whichever is nearer; else anywhere.
 std::int32_t FrozenMesh::Start(Vec2 p, std::int32_t hint) {
-  const bool has_last = IsLive(last_);
-  if (IsLive(hint)) {
-    const bool far = has_last && SquaredDistance(p, last_) < SquaredDistance(p, hint);
-    return far ? last_ : hint;
+  const auto squared_distance = [&](const Cell* cell) {
+    const Vec2 way = cell == nullptr ? Vec2{} : cell->points[0] - p;
+    return cell == nullptr ? std::numeric_limits<double>::infinity() : Dot(way, way);
+  };
+  const Cell* hinted = FindCell(hint);
+  if (hint == last_ && hinted != nullptr) return hint;
+  const double from_hint = squared_distance(hinted);
+  const Cell* last = FindCell(last_);
+  if (hinted == nullptr && last == nullptr) {
+    std::int32_t slot = 0;
+    while (FindCell(slot) == nullptr) ++slot;
+    return slot;
   }
-  if (has_last) return last_;
-  std::int32_t slot = 0;
-  while (!IsLive(slot)) ++slot;
-  return slot;
-}
-
-double FrozenMesh::SquaredDistance(Vec2 p, std::int32_t slot) {
-  const Vec2 way = position(triangle(TriangleId(slot)).vertices[0]) - p;
-  return Dot(way, way);
+  return squared_distance(last) < from_hint ? last_ : hint;
 }
 
 Location FrozenMesh::Locate(Vec2 p, std::int32_t hint) {
@@ -138,8 +163,8 @@ Location FrozenMesh::WalkStraight(Vec2 p, std::int32_t start) {
   const double steps_max = 64 + 8 * std::sqrt(static_cast<double>(mesh_.triangle_slots()));
   std::int32_t at = start;
   for (int step = 0; step < steps_max; ++step) {
-    const Triangle here = triangle(TriangleId(at));
-    const std::array<Vec2, 3> corners = PointsOf(here);
+    const Cell& here = *FindCell(at);
+    const std::array<Vec2, 3>& corners = here.points;
     const std::array<Vec2, 3> to = {corners[0] - p, corners[1] - p, corners[2] - p};
     const std::array<double, 3> areas = {Cross(to[1], to[2]), Cross(to[2], to[0]),
                                          Cross(to[0], to[1])};

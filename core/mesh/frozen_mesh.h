@@ -53,6 +53,9 @@ class FrozenMesh {
   ///           O(boundary).
   [[nodiscard]] Location Locate(Vec2 p, std::int32_t hint);
 
+  /// The logarithm of the metric at p, log-Euclidean within a triangle; moves the hint along.
+  [[nodiscard]] LogMetric LogAt(Vec2 p, std::int32_t& hint);
+
   [[nodiscard]] Triangle triangle(TriangleId id);
   [[nodiscard]] Vec2 position(VertexId id);
   /// Logarithm of the tensor of a vertex; as a rule computed once.
@@ -70,11 +73,23 @@ class FrozenMesh {
 
  private:
   static constexpr std::size_t kLogsMax = std::size_t{1} << 15;
+  static constexpr std::size_t kCellCount = 256;
 
+  /// All that a question in a triangle reads: it comes from many places, and the next question is
+  /// near.
+  struct Cell {
+    std::int32_t slot = -1;
+    bool has_logs = false;
+    std::array<TriangleId, 3> neighbors;
+    std::array<VertexId, 3> vertices;
+    std::array<Vec2, 3> points;
+    std::array<LogMetric, 3> logs;
+  };
+
+  /// The cell of a live triangle; null for any other number. Valid until the next call.
+  [[nodiscard]] Cell* FindCell(std::int32_t slot);
   [[nodiscard]] std::array<Vec2, 3> PointsOf(const Triangle& triangle);
-  [[nodiscard]] bool IsLive(std::int32_t slot);
   [[nodiscard]] std::int32_t Start(Vec2 p, std::int32_t hint);
-  [[nodiscard]] double SquaredDistance(Vec2 p, std::int32_t slot);
   [[nodiscard]] Location WalkStraight(Vec2 p, std::int32_t start);
   [[nodiscard]] std::int32_t Walk(Vec2 p, std::int32_t start);
   [[nodiscard]] Location Inside(Vec2 p, std::int32_t slot);
@@ -86,6 +101,7 @@ class FrozenMesh {
   const Mesh& mesh_;
   SlotRows<Vertex> vertices_;
   SlotRows<Triangle> triangles_;
+  std::vector<Cell> cells_;        ///< By the last bits of the slot; empty until asked.
   SlotRows<LogMetric> logs_;       ///< Of vertices without a row; forgotten when they are too many.
   std::size_t seen_vertices_ = 0;  ///< Entries of the log that are in vertices_.
   std::size_t seen_triangles_ = 0;  ///< And in triangles_.

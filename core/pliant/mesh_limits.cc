@@ -191,7 +191,6 @@ RawTensors MeshLimits::Commit() {
     }
   }
   if (on()) limiter_->Commit();
-  if (!on()) report_ = {};
   committed_ = limiter_;
   committed_report_ = report_;
   committed_options_ = options_;

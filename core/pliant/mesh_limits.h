@@ -48,7 +48,10 @@ class MeshLimits {
   explicit MeshLimits(const MeshEdit& edit) : edit_(edit), mesh_(edit.mesh()) {}
 
   [[nodiscard]] bool on() const { return limiter_ != nullptr; }
-  void TurnOff() { limiter_ = nullptr; }
+  void TurnOff() {
+    limiter_ = nullptr;
+    report_ = {};
+  }
   /// Begins anew with a raw tensor for every vertex. @par Cost O(mesh), and Update too
   void Load(const GradationOptions& options, std::span<const VertexId> vertices,
             std::span<const Metric> tensors);

@@ -23,12 +23,14 @@ LARGE_BUILDS = [f"--case A --nodes 1000000 --variant {variant} --repeat 1"
                 for variant in ("nested", "cooled")]
 LETTERS = "--case D --nodes 5523"
 POLY = pathlib.Path(__file__).parents[2] / "client/examples/figures/data/letters.poly"
-UPDATES = [f"--case F --nodes {nodes} --update disc" for nodes in (10000, 100000)]
+UPDATES = [f"--case F --nodes {nodes} --update {update}" for nodes in (10000, 100000)
+           for update in ("disc", "tensors")]
 UPDATES += [f"--case A --nodes {nodes} --update bump --changed {changed}"
             for nodes in (10000, 100000) for changed in (100, 1000)]
 UPDATES += [f"--case A --nodes {nodes} --update same" for nodes in (10000, 100000)]
 UPDATES += ["--case E --nodes 10000 --front 0.2 --update front --steps 50 --repeat 1"]
 LARGE_UPDATES = ["--case F --nodes 1000000 --update disc",
+                 "--case F --nodes 1000000 --update tensors",
                  "--case A --nodes 1000000 --update bump --changed 1000",
                  "--case A --nodes 1000000 --update same"]
 

@@ -25,8 +25,8 @@ Result<MetricSpec> BackgroundOf(const BenchCase& instance, const Request& reques
   return MetricSpec{.source = std::move(background)};
 }
 
-/// The specification that stands for the case's field; nothing for a C++ function.
-Result<std::optional<MetricSpec>> SpecOf(const BenchCase& instance, const Request& request) {
+Result<std::optional<MetricSpec>> SpecWithoutLimits(const BenchCase& instance,
+                                                    const Request& request) {
   switch (request.form) {
     case MetricForm::kAnalytic:
     case MetricForm::kTensors:
@@ -43,6 +43,19 @@ Result<std::optional<MetricSpec>> SpecOf(const BenchCase& instance, const Reques
     }
   }
   PLIANT_CHECK(false, "metric form");
+}
+
+/// The specification that stands for the case's field; nothing for a C++ function.
+Result<std::optional<MetricSpec>> SpecOf(const BenchCase& instance, const Request& request) {
+  PLIANT_ASSIGN_OR_RETURN(std::optional<MetricSpec> spec, SpecWithoutLimits(instance, request));
+  if (spec) {
+    spec->gradation = request.limits;
+  } else if (request.limits.any()) {
+    return Error{.code = ErrorCode::kOutOfRange,
+                 .message = "A C++ function has no limits; take --metric expression or background.",
+                 .field = "metric"};
+  }
+  return spec;
 }
 
 Result<Built> BuildWith(const BenchCase& instance, const Request& request,
@@ -125,6 +138,15 @@ Result<nlohmann::json> RunBuild(const Request& request) {
   report["nodes"] = mesh.vertex_count();
   report["time"] = JsonOf(durations);
   report["nodes_per_cpu_s"] = mesh.vertex_count() / report["time"]["cpu_s"].get<double>();
+  const MetricReport& limits = built.remesher->metric_report();
+  if (limits.limits) {
+    report["limits"] = {{"geometry_count", limits.geometry_count},
+                        {"rotation_count", limits.rotation_count},
+                        {"gradation_count", limits.gradation_count},
+                        {"size_ratio_max", limits.size_ratio_max},
+                        {"raw_complexity", limits.raw_complexity},
+                        {"limited_complexity", limits.limited_complexity}};
+  }
   if (!schedule.empty()) report["cpu_s_on_threads"] = schedule;
   report["peak_rss_mib"] = memory;
   report["quality"] = QualityOf(mesh, *instance.field());

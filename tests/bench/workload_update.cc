@@ -90,6 +90,49 @@ Result<nlohmann::json> RunBump(Remesher& remesher, const Request& request) {
   return nlohmann::json{{"on", JsonOf(ups)}, {"off", JsonOf(downs)}};
 }
 
+/// Case F as tensors at vertices: half the size in a disc of 0.1 % of the area, `repeat` times, and
+/// back at all vertices that have another tensor by then. The first of each is not counted: it
+/// finds no memory warm.
+Result<nlohmann::json> RunTensors(Remesher& remesher, const Request& request) {
+  PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(request.instance));
+  const auto field = instance.field();
+  const Mesh& mesh = remesher.mesh();
+  std::int32_t hint = MetricField::kNoHint;
+  const Metric base = field->At({0.5, 0.5}, hint);
+  const Metric fine = 4 * base;
+  const double radius = std::sqrt(0.001 / 3.14159265358979323846);
+  const auto select = [&](auto wanted) {
+    std::vector<VertexId> vertices;
+    for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
+      if (mesh.vertex(VertexId(v)).live && wanted(mesh.vertex(VertexId(v)))) {
+        vertices.emplace_back(v);
+      }
+    }
+    return vertices;
+  };
+  std::vector<Update> ups;
+  std::vector<Update> downs;
+  std::vector<double> sent;
+  for (int run = 0; run <= request.repeat; ++run) {
+    const auto inside = select([&](const VertexRecord& v) {
+      return Length(v.position - Vec2{0.5, 0.5}) < radius;
+    });
+    const std::vector<Metric> finer(inside.size(), fine);
+    PLIANT_ASSIGN_OR_RETURN(Update up,
+                            RunOne(remesher, [&] { return remesher.SetTensors(inside, finer); }));
+    const auto other =
+        select([&](const VertexRecord& v) { return RelativeChange(base, v.metric) > 1e-6; });
+    const std::vector<Metric> back(other.size(), base);
+    PLIANT_ASSIGN_OR_RETURN(Update down,
+                            RunOne(remesher, [&] { return remesher.SetTensors(other, back); }));
+    if (run == 0) continue;
+    sent.push_back(static_cast<double>(inside.size()));
+    ups.push_back(std::move(up));
+    downs.push_back(std::move(down));
+  }
+  return nlohmann::json{{"on", JsonOf(ups)}, {"off", JsonOf(downs)}, {"sent_nodes", Median(sent)}};
+}
+
 /// The same metric again: once as the same formulas, once as the same tensors at every vertex.
 Result<nlohmann::json> RunSame(Remesher& remesher, const Request& request) {
   const auto formulas = FormulasOf(request.instance);
@@ -211,11 +254,13 @@ Result<nlohmann::json> RunUpdate(const Request& request) {
   PLIANT_ASSIGN_OR_RETURN(const Built built, Build(instance, request));
   nlohmann::json report{{"nodes", built.remesher->mesh().vertex_count()},
                         {"build", bench::JsonOf(std::vector{built.duration})}};
-  Result<nlohmann::json> result = Error{.code = ErrorCode::kOutOfRange,
-                                        .message = "There is no update '" + request.update +
-                                                   "'; there are disc, bump, same, front, body.",
-                                        .field = "update"};
+  Result<nlohmann::json> result =
+      Error{.code = ErrorCode::kOutOfRange,
+            .message = "There is no update '" + request.update +
+                       "'; there are disc, tensors, bump, same, front, body.",
+            .field = "update"};
   if (request.update == "disc") result = RunDisc(*built.remesher, request);
+  if (request.update == "tensors") result = RunTensors(*built.remesher, request);
   if (request.update == "bump") result = RunBump(*built.remesher, request);
   if (request.update == "same") result = RunSame(*built.remesher, request);
   if (request.update == "front") result = RunFront(*built.remesher, request);

@@ -53,8 +53,11 @@ int main(int argc, char** argv) {
   app.add_option("--front", request.instance.front, "case E: where the front starts");
   app.add_option("--variant", variant)->check(CLI::IsMember(kVariants));
   app.add_option("--metric", metric)->check(CLI::IsMember(kForms));
+  app.add_option("--hgrad", request.limits.gradation, "limit of the metric; 0: none");
+  app.add_option("--rotation", request.limits.rotation, "limit of the metric; 0: none");
+  app.add_option("--geometry", request.limits.geometry, "limit of the metric; 0: none");
   app.add_option("--update", request.update,
-                 "disc, bump, same, front or body; default: only the build");
+                 "disc, tensors, bump, same, front or body; default: only the build");
   app.add_option("--changed", request.changed, "bump: nodes under it")
       ->check(CLI::Range(2, 1 << 30));
   app.add_option("--follow", request.follow, "body: nodes within so many lengths go with it");

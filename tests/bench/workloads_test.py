@@ -70,7 +70,24 @@ class Builds(unittest.TestCase):
                 self.check("--case", case, "--metric", "background")
 
 
+    def test_limits(self):
+        limits = self.check("--case", "A", "--metric", "expression", "--hgrad", "1.5")["limits"]
+        # Case A is smooth: nothing but its steepest places is limited.
+        self.assertLess(limits["gradation_count"], 0.1 * NODES)
+        self.assertAlmostEqual(limits["limited_complexity"] / limits["raw_complexity"], 1,
+                               delta=0.02)
+
+
 class Updates(unittest.TestCase):
+    def test_tensors(self):
+        tensors = report("--case", "F", "--update", "tensors", nodes=10000)["result"]["tensors"]
+        # A thousandth of the nodes is told, four times as many stand there afterwards.
+        self.assertAlmostEqual(tensors["sent_nodes"], 10, delta=4)
+        for way in ("on", "off"):
+            self.assertGreater(tensors[way]["changed_nodes"], tensors["sent_nodes"])
+            self.assertLess(tensors[way]["changed_nodes"], 30 * tensors["sent_nodes"])
+            self.assertEqual(tensors[way]["updates"], 2)
+
     def test_disc(self):
         # A disc of a thousandth of the area: it must hold a few nodes.
         disc = report("--case", "F", "--update", "disc", nodes=5000)["result"]["disc"]

@@ -282,5 +282,30 @@ TEST(Convert, StopReasonsKeepTheirMeaning) {
   EXPECT_EQ(stop(v1::STOP_REASON_SERVER_CLOSING), AdvanceStop::kServerClosing);
 }
 
+TEST(Convert, PutsTheStagesOfTheLimitsTogether) {
+  v1::AdvanceResult result;
+  EXPECT_EQ(FromWire(result).metric, MetricReport{});
+  const auto add = [&](v1::LimitStage stage, std::int64_t vertex_count) {
+    v1::LimitReport& limit = *result.add_limits();
+    limit.set_stage(stage);
+    limit.set_vertex_count(vertex_count);
+    limit.set_ratio_max(4);
+    limit.set_worst_vertex_id(5);
+    limit.set_complexity_before(6);
+    limit.set_complexity_after(7);
+  };
+  add(v1::LIMIT_STAGE_GEOMETRY, 1);
+  add(v1::LIMIT_STAGE_ROTATION, 2);
+  add(v1::LIMIT_STAGE_GRADATION, 3);
+  EXPECT_EQ(FromWire(result).metric, (MetricReport{.limits = true,
+                                                   .geometry_count = 1,
+                                                   .rotation_count = 2,
+                                                   .gradation_count = 3,
+                                                   .size_ratio_max = 4,
+                                                   .worst = VertexId(5),
+                                                   .raw_complexity = 6,
+                                                   .limited_complexity = 7}));
+}
+
 }  // namespace
 }  // namespace pliant::client

@@ -132,6 +132,34 @@ TEST(ConvertReply, WritesEveryNumberOfAnAdvance) {
   EXPECT_EQ(trouble.length_max(), 30);
 }
 
+TEST(ConvertReply, WritesTheStagesThatLimitSomething) {
+  Progress progress;
+  progress.metric = {.limits = true,
+                     .geometry_count = 1,
+                     .rotation_count = 0,
+                     .gradation_count = 3,
+                     .changed_count = 9,
+                     .size_ratio_max = 4,
+                     .worst = VertexId(5),
+                     .raw_complexity = 6,
+                     .limited_complexity = 7};
+  AdvancedEvent advanced;
+  advanced.progress = progress;
+  SessionEvent event;
+  event.body = advanced;
+  const v1::EditResponse response = ToEditResponse(event, {});
+  const auto& limits = response.advanced().limits();
+  ASSERT_EQ(limits.size(), 2);
+  EXPECT_EQ(limits[0].stage(), v1::LIMIT_STAGE_GEOMETRY);
+  EXPECT_EQ(limits[0].vertex_count(), 1);
+  EXPECT_EQ(limits[1].stage(), v1::LIMIT_STAGE_GRADATION);
+  EXPECT_EQ(limits[1].vertex_count(), 3);
+  EXPECT_EQ(limits[1].ratio_max(), 4);
+  EXPECT_EQ(limits[1].worst_vertex_id(), 5);
+  EXPECT_EQ(limits[1].complexity_before(), 6);
+  EXPECT_EQ(limits[1].complexity_after(), 7);
+}
+
 TEST(ConvertReply, NamesEveryKindOfTrouble) {
   const auto kind_of = [](TroubleKind kind) {
     const SessionEvent event{.body = AdvancedEvent{.troubles = {{.kind = kind}}}};

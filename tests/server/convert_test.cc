@@ -33,6 +33,7 @@ TEST(ConvertCreate, ReadsADomainAMetricAndOptions) {
   create.mutable_metric()->mutable_limits()->set_anisotropy_max(100);
   create.mutable_metric()->mutable_limits()->set_gradation(1.5);
   create.mutable_metric()->mutable_limits()->set_rotation(0.7);
+  create.mutable_metric()->mutable_limits()->set_geometry(1);
   v1::SessionOptions& options = *create.mutable_options();
   options.set_seed(-1);
   options.set_variant(v1::VARIANT_PAPER);
@@ -54,6 +55,7 @@ TEST(ConvertCreate, ReadsADomainAMetricAndOptions) {
             (SizeBounds{.size_min = 0.01, .size_max = 1, .anisotropy_max = 100}));
   EXPECT_EQ(input->engine.metric.gradation.gradation, 1.5);
   EXPECT_EQ(input->engine.metric.gradation.rotation, 0.7);
+  EXPECT_EQ(input->engine.metric.gradation.geometry, 1);
   EXPECT_EQ(input->engine.options.seed, std::numeric_limits<std::uint64_t>::max());
   EXPECT_EQ(input->engine.options.variant, Variant::kPaper);
   EXPECT_EQ(input->engine.options.smoothing, Smoothing::kBubble);
@@ -132,8 +134,6 @@ TEST(ConvertCreate, SaysWhatIsNotImplementedInsteadOfIgnoringIt) {
   const auto limits = [](v1::CreateSession& create) -> v1::MetricLimits& {
     return *create.mutable_metric()->mutable_limits();
   };
-  ExpectRefused(with([&](auto& c) { limits(c).set_geometry(1); }), ErrorCode::kUnimplemented,
-                "metric.limits.geometry");
   ExpectRefused(with([&](auto& c) { limits(c).set_gap_element_count(1); }),
                 ErrorCode::kUnimplemented, "metric.limits.gap_element_count");
   ExpectRefused(with([&](auto& c) { limits(c).set_smoothing_count(1); }), ErrorCode::kUnimplemented,

@@ -141,7 +141,7 @@ class FakeEngine final : public Engine {
     diff.summary.vertex_count = 2;
     return diff;
   }
-  Quality MeasureQuality() const override {
+  Quality MeasureQuality(MetricBasis) const override {
     Quality quality;
     quality.vertex_count = 3;
     return quality;

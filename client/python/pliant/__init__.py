@@ -36,7 +36,7 @@ pliant.errors.InvalidInput: NOT_POSITIVE_DEFINITE: ...
 
 from pliant import errors, metric, motion, options
 from pliant.client import Client, SessionInfo, connect
-from pliant.diff import Diff, Progress, Trouble
+from pliant.diff import Diff, LimitReport, Progress, Trouble
 from pliant.errors import (
     AlreadyExists, Cancelled, DeadlineExceeded, Error, FailedPrecondition, Internal, InvalidInput,
     NotFound, ReplicaMismatch, ResourceExhausted, SessionBusy, Unauthenticated, Unavailable,
@@ -54,8 +54,9 @@ from pliant.subscription import Subscription
 __all__ = [
     "Advance", "AlreadyExists", "Cancelled", "Change", "Client", "Counts", "DeadlineExceeded",
     "Diff", "Domain", "Error", "FailedPrecondition", "FieldRows", "Histogram", "Internal",
-    "InvalidInput", "JobInfo", "JobReport", "LengthStatistics", "Mesh", "MeshView", "NotFound",
-    "Progress", "Quality", "ReplicaMismatch", "ResourceExhausted", "Session", "SessionBusy",
-    "SessionInfo", "Subscription", "TransferRows", "Trouble", "Unauthenticated", "Unavailable",
-    "Unimplemented", "connect", "errors", "metric", "motion", "options", "start_local",
+    "InvalidInput", "JobInfo", "JobReport", "LengthStatistics", "LimitReport", "Mesh", "MeshView",
+    "NotFound", "Progress", "Quality", "ReplicaMismatch", "ResourceExhausted", "Session",
+    "SessionBusy", "SessionInfo", "Subscription", "TransferRows", "Trouble", "Unauthenticated",
+    "Unavailable", "Unimplemented", "connect", "errors", "metric", "motion", "options",
+    "start_local",
 ]

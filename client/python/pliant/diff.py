@@ -43,6 +43,26 @@ def make_trouble(message) -> Trouble:
                    message.q_min, message.length_min, message.length_max)
 
 
+@dataclass(frozen=True)
+class LimitReport:
+    """What one kind of limit did to the metric.
+
+    Attributes:
+        vertex_count: vertices of the whole mesh at which it holds.
+        ratio_max: greatest ratio of wanted lengths before and after all limits, among the vertices
+            that this update changed.
+        worst_vertex_id: vertex with that ratio; -1 for none.
+        complexity_before, complexity_after: integral of sqrt(det M) over the mesh without and with
+            all limits; a mesh has about 2/sqrt(3) times as many vertices.
+    """
+
+    vertex_count: int
+    ratio_max: float
+    worst_vertex_id: int
+    complexity_before: float
+    complexity_after: float
+
+
 @dataclass(frozen=True, eq=False)
 class Diff(Change):
     """What an advance changed, and how it ended.
@@ -82,6 +102,8 @@ class Diff(Change):
         troubles: tuple of Trouble, the places where the metric is not met among what changed, the
             largest first; empty while vertices are active.
         motion_fraction: share of the motion that was done, 0 to 1; None if nothing was to move.
+        limits: what limits did to the metric, by stage ("GEOMETRY", "ROTATION", "GRADATION"); a
+            stage that changed nothing is absent.
         compute_us: time in the core, microseconds.
         elapsed_us: from when the server got the advance to its commit, microseconds.
     """
@@ -98,6 +120,7 @@ class Diff(Change):
     motion_fraction: Optional[float]
     compute_us: int
     elapsed_us: int
+    limits: "dict[str, LimitReport]"
 
     @property
     def converged(self) -> bool:
@@ -150,4 +173,13 @@ def make_diff(change: Change, advanced) -> Diff:
         cooled_count=advanced.cooled_count, troubles=tuple(map(make_trouble, advanced.troubles)),
         motion_fraction=advanced.motion_fraction if advanced.HasField("motion_fraction") else None,
         compute_us=advanced.compute_us,
-        elapsed_us=advanced.elapsed_us)
+        elapsed_us=advanced.elapsed_us,
+        limits={_stage(report): LimitReport(
+            vertex_count=report.vertex_count, ratio_max=report.ratio_max,
+            worst_vertex_id=report.worst_vertex_id,
+            complexity_before=report.complexity_before,
+            complexity_after=report.complexity_after) for report in advanced.limits})
+
+
+def _stage(report) -> str:
+    return edit_pb2.LimitStage.Name(report.stage).removeprefix("LIMIT_STAGE_")

@@ -49,6 +49,8 @@ class Limits:
         hgrad: greatest ratio of the wanted lengths of neighbouring edges, 1 to 10; 1.5 is usual.
         rotation: how much directions may turn within one edge, 0.1 to 10; 0.7 is usual, larger is
             looser.
+        geometry: greatest wanted length at a given point relative to the shortest input segment
+            there, 0.1 to 10; 1 is usual. Growth from there needs `hgrad`.
     """
 
     h_min: Optional[float] = None
@@ -56,6 +58,7 @@ class Limits:
     anisotropy_max: Optional[float] = None
     hgrad: Optional[float] = None
     rotation: Optional[float] = None
+    geometry: Optional[float] = None
 
     def to_wire(self):
         """The message; None if nothing is set."""
@@ -63,7 +66,7 @@ class Limits:
             return None
         return metric_pb2.MetricLimits(size_min=self.h_min, size_max=self.h_max,
                                        anisotropy_max=self.anisotropy_max, gradation=self.hgrad,
-                                       rotation=self.rotation)
+                                       rotation=self.rotation, geometry=self.geometry)
 
 
 @dataclass(frozen=True)

@@ -4,6 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pliant.v1 import quality_pb2
+
 
 @dataclass(frozen=True, eq=False)
 class Histogram:
@@ -46,10 +48,12 @@ class LengthStatistics:
 
 @dataclass(frozen=True, eq=False)
 class Quality:
-    """Quality of one revision, measured with the metric that the mesh follows.
+    """Quality of one revision.
 
     Attributes:
         revision: which.
+        basis: measured against the metric that the mesh follows ("limited") or the one that was
+            sent ("raw").
         vertex_count, triangle_count, edge_count: elements; `edge_count` counts all edges.
         q_min, q_mean, q_percentile_1: triangle quality, 4 sqrt(3) A_M / sum of squared metric
             lengths: 1 is equilateral in the metric.
@@ -73,6 +77,15 @@ class Quality:
     angle_deg: "Histogram | None"
     complexity: float
     active_count: int
+    basis: str
+
+
+def basis_to_wire(basis: str) -> int:
+    """The enum value of "limited" or "raw"."""
+    bases = {"limited": quality_pb2.METRIC_BASIS_LIMITED, "raw": quality_pb2.METRIC_BASIS_RAW}
+    if basis not in bases:
+        raise ValueError(f"basis is {basis!r}; expected 'limited' or 'raw'")
+    return bases[basis]
 
 
 def from_wire(report) -> Quality:
@@ -83,7 +96,8 @@ def from_wire(report) -> Quality:
         q_min=report.q_min, q_mean=report.q_mean, q_percentile_1=report.q_percentile_1,
         averaged=_lengths(report.averaged), integrated=_lengths(report.integrated),
         angle_deg=_histogram(report, "angle_deg"), complexity=report.complexity,
-        active_count=report.active_count)
+        active_count=report.active_count,
+        basis="raw" if report.basis == quality_pb2.METRIC_BASIS_RAW else "limited")
 
 
 def _lengths(message):

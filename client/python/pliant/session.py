@@ -284,10 +284,15 @@ class Session:
             session_id=self._session_id, revision=revision, new_session_id=session_id))
         return response.session.session_id
 
-    def quality(self) -> quality.Quality:
-        """Measures the mesh of the current revision against the metric that it follows."""
-        response = calls.call(self._stub.GetQuality,
-                        session_pb2.GetQualityRequest(session_id=self._session_id))
+    def quality(self, basis: str = "limited") -> quality.Quality:
+        """Measures the mesh of the current revision.
+
+        Args:
+            basis: against the metric that it follows ("limited") or, without limits, the one that
+                was sent ("raw").
+        """
+        response = calls.call(self._stub.GetQuality, session_pb2.GetQualityRequest(
+            session_id=self._session_id, basis=quality.basis_to_wire(basis)))
         return quality.from_wire(response.quality)
 
     def download(self) -> replica.MeshView:

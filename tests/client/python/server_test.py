@@ -184,6 +184,38 @@ def test_time_and_limits(client):
         assert len(one.mesh.points) > 1.1 * jump
 
 
+def test_limits_report_what_they_did(client):
+    jump = pliant.metric.size("x < 0.5 ? 0.02 : 0.2")
+    with client.create_session(domain=square(), metric=jump) as one:
+        assert one.update_metric(pliant.metric.size("x < 0.5 ? 0.02 : 0.18")).limits == {}
+        assert one.quality("raw").complexity == one.quality().complexity
+        limits = one.update_metric(hgrad=1.3).limits
+        report = limits["GRADATION"]
+        assert report.vertex_count > 10 and report.ratio_max > 2
+        assert report.worst_vertex_id in one.mesh.vertex_ids
+        assert report.complexity_after > 1.1 * report.complexity_before
+        raw, limited = one.quality("raw"), one.quality()
+        assert (raw.basis, limited.basis) == ("raw", "limited")
+        assert raw.complexity < 0.95 * limited.complexity
+        assert one.update_metric(hgrad=0).limits == {}
+        with pytest.raises(ValueError, match="'raw'"):
+            one.quality("both")
+
+
+def test_geometry_limits_the_size_at_short_segments(client):
+    points = [[0, 0], [1, 0], [1, 0.02], [1, 1], [0, 1]]
+    domain = pliant.Domain(points, [[i, (i + 1) % 5] for i in range(5)], tags=[1] * 5)
+    with client.create_session(domain=domain, metric=pliant.metric.size(0.2),
+                               hgrad=1.5, geometry=1) as one:
+        def count_near():
+            return int((np.hypot(*(one.mesh.points - [1, 0.01]).T) < 0.1).sum())
+        near = count_near()
+        diff = one.update_metric(hgrad=1.4)
+        assert diff.limits["GEOMETRY"].vertex_count == 2
+        one.update_metric(geometry=0)
+        assert near >= 2 * count_near()
+
+
 def test_limits_hold_for_tensors(client):
     with client.create_session(domain=square(), metric=pliant.metric.size(0.2),
                                h_min=0.1) as one:

@@ -201,6 +201,9 @@ TEST_F(FollowedMetricTest, AsksTheFormulaWhereNothingIsLimited) {
   SetSpec(spec_);
   EXPECT_TRUE(followed_.limits().limits_anything());
   EXPECT_GT(At({0.45, 0.5}).m11, RawAt({0.45, 0.5}).m11);
+  spec_.gradation = {};
+  SetSpec(spec_);
+  EXPECT_FALSE(followed_.limits().report().limits);
 }
 
 // Goal: a new formula costs what it changes in the limits, and gives what limiting anew gives.
