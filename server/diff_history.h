@@ -29,6 +29,9 @@ class DiffHistory {
   /// if nothing is. @pre revision is not the newest @par Cost O(diffs log count)
   [[nodiscard]] std::shared_ptr<const MeshDiff> Since(Revision revision) const;
 
+  /// Another bound, from the next Add on.
+  void SetBytesMax(std::size_t bytes_max) { bytes_max_ = bytes_max; }
+
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
   [[nodiscard]] std::size_t count() const { return diffs_.size(); }
 

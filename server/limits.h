@@ -50,9 +50,17 @@ inline constexpr std::size_t kSubscribersMax = 4096;
 /// Bytes of diffs that a session keeps unless its options say less: hours of small updates, and
 /// less than the mesh that they belong to where updates are large.
 inline constexpr std::size_t kHistoryBytesMax = 16 << 20;
+/// The same for each vertex: two whole meshes or so, beyond which a snapshot is cheaper than what
+/// was missed. So a thousand small sessions stay small; but not below the least.
+inline constexpr std::size_t kHistoryBytesPerVertex = 256;
+inline constexpr std::size_t kHistoryBytesLeast = 256 << 10;
 /// Bytes of undo data that a session keeps, beyond what saved revisions need: a raw record is about
 /// three times its row in a diff.
 inline constexpr std::size_t kUndoBytesMax = 64 << 20;
+/// The same for each vertex: about four meshes; but not below the least, a hundred updates of a
+/// mesh of a thousand vertices.
+inline constexpr std::size_t kUndoBytesPerVertex = 1024;
+inline constexpr std::size_t kUndoBytesLeast = 2 << 20;
 /// Saved revisions of one session: each can cost as much as the mesh.
 inline constexpr std::size_t kSavedRevisionsMax = 16;
 /// Time without news after which a subscriber gets a bookmark, in ms: a sign of life that costs

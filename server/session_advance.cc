@@ -140,6 +140,11 @@ std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
 
 // A revision is there: for the history, for who asks, and for who listens.
 void Session::Publish(const std::shared_ptr<const MeshDiff>& diff, std::int64_t update_id) {
+  const auto vertices = static_cast<std::size_t>(diff->summary.vertex_count);
+  history_.SetBytesMax(std::min(environment_.history_bytes_max,
+                                std::max(kHistoryBytesLeast, vertices * kHistoryBytesPerVertex)));
+  undo_.SetBytesMax(
+      std::min(kUndoBytesMax, std::max(kUndoBytesLeast, vertices * kUndoBytesPerVertex)));
   history_.Add(diff);
   ReportUsage();
   followers_wait_ = true;

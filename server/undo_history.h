@@ -37,6 +37,9 @@ class UndoHistory {
   };
   explicit UndoHistory(Bounds bounds) : bounds_(bounds) {}
 
+  /// Another bound, from the next Add on.
+  void SetBytesMax(std::size_t bytes_max) { bounds_.bytes_max = bytes_max; }
+
   /// A commit: `undo` leads from its revision to the one before.
   void Add(UndoStep undo);
   /// There is no way back any more. Saved revisions are lost.
@@ -63,7 +66,7 @@ class UndoHistory {
   void Shrink();
   bool MergeOnePair();
 
-  const Bounds bounds_;
+  Bounds bounds_;
   std::deque<UndoStep> steps_;  // Oldest first; each leads to a smaller number.
   std::size_t bytes_ = 0;
   std::set<Revision> saved_;

@@ -49,6 +49,17 @@ TEST(DiffHistory, IsBoundedByBytesAndDropsTheOldest) {
   EXPECT_NE(history.Since(Revision(1)), nullptr);
 }
 
+TEST(DiffHistory, TakesAnotherBound) {
+  const std::size_t each = BytesOf(*Diff(1));
+  DiffHistory history(100 * each);
+  for (std::int64_t revision = 1; revision <= 5; ++revision) history.Add(Diff(revision));
+  history.SetBytesMax(2 * each);
+  history.Add(Diff(6));
+  EXPECT_EQ(history.bytes(), 2 * each);
+  EXPECT_EQ(history.Since(Revision(3)), nullptr);
+  EXPECT_NE(history.Since(Revision(4)), nullptr);
+}
+
 TEST(DiffHistory, KeepsOneThatIsTooLargeUntilItIsTrimmed) {
   DiffHistory history(10);
   history.Add(Diff(1));

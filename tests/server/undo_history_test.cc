@@ -80,6 +80,15 @@ TEST_F(UndoHistoryTest, IsBoundedByBytesAndNamesTheOldest) {
             std::string::npos);
 }
 
+TEST_F(UndoHistoryTest, TakesAnotherBound) {
+  UndoHistory history({.bytes_max = 100 << 20, .saved_max = 4});
+  for (int i = 0; i < 12; ++i) Update(history);
+  ASSERT_GT(history.bytes(), 40'000U);
+  history.SetBytesMax(40'000);
+  Update(history);
+  EXPECT_LE(history.bytes(), 40'000U);
+}
+
 // Goal: saved revisions outlive the bound; what lies between them is merged away.
 TEST_F(UndoHistoryTest, KeepsWhatIsSaved) {
   UndoHistory history({.bytes_max = 1, .saved_max = 2});
