@@ -98,7 +98,7 @@ void JobRun::Commit() {
 }
 
 void JobRun::Finish() {
-  result_->quality = engine_->MeasureQuality();
+  result_->quality = engine_->MeasureQuality(MetricBasis::kLimited);
   End({.state = JobState::kDone,
        .outcome = environment_.codec.write_result(*result_),
        .mesh = WriteMeshSnapshot(engine_->Snapshot())});
