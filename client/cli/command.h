@@ -16,6 +16,7 @@ struct Command {
 /// the work afterwards, so that a wrong option costs nothing and a failure is not a parse error.
 void AddRemeshCommand(CLI::App& app, Command& chosen);
 void AddSessionCommand(CLI::App& app, Command& chosen);
+void AddJobCommand(CLI::App& app, Command& chosen);
 void AddPlotCommand(CLI::App& app, Command& chosen);
 void AddQualityCommand(CLI::App& app, Command& chosen);
 

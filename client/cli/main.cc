@@ -26,6 +26,7 @@ ExitCode Run(int argc, char** argv) {
   Command chosen;
   AddRemeshCommand(app, chosen);
   AddSessionCommand(app, chosen);
+  AddJobCommand(app, chosen);
   AddPlotCommand(app, chosen);
   AddQualityCommand(app, chosen);
   try {

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/cli/command.h"
+#include "client/cli/detach.h"
 #include "client/cli/engine.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/loop_options.h"
@@ -31,6 +32,8 @@ struct RemeshOptions {
   LoopOptions loop;
   int thread_count = 0;
   ServerOptions server;
+  bool detach = false;
+  DetachOptions detached;
 };
 
 /// Seconds since it was made, or last asked.
@@ -106,6 +109,21 @@ Status Run(const RemeshOptions& options) {
   return {};
 }
 
+Status Detach(const RemeshOptions& options) {
+  PLIANT_ASSIGN_OR_RETURN(RemeshJob job, ReadJob(options));
+  return SubmitDetached(options.server.address(), job, options.detached);
+}
+
+// What is written here has no place where nobody waits, and the other way round.
+void CheckTarget(const RemeshOptions& options) {
+  if (!options.detach && options.output.empty()) throw CLI::RequiredError("--output or --detach");
+  const bool writes =
+      !options.output.empty() || !options.output_metric.empty() || !options.json.empty();
+  if (options.detach && (writes || options.server.local)) {
+    throw CLI::ExcludesError("--detach", "--output, --output-metric, --json and --local");
+  }
+}
+
 }  // namespace
 
 void AddRemeshCommand(CLI::App& app, Command& chosen) {
@@ -118,8 +136,8 @@ void AddRemeshCommand(CLI::App& app, Command& chosen) {
       ->required()
       ->type_name("INPUT");
   command
-      .add_option("-o,--output", options->output, "Mesh: .mesh, .meshb, .msh, .vtu or .node/.ele")
-      ->required()
+      .add_option("-o,--output", options->output,
+                  "Mesh: .mesh, .meshb, .msh, .vtu or .node/.ele; required unless --detach")
       ->type_name("FILE");
   command.add_option("--output-metric", options->output_metric, "Its metric at the vertices: .sol")
       ->type_name("FILE");
@@ -129,6 +147,9 @@ void AddRemeshCommand(CLI::App& app, Command& chosen) {
   AddMetricOptions(command, options->metric, MetricNeed::kRequired);
   AddLoopOptions(command, options->loop);
   AddServerOptions(command, options->server, LocalWork::kPossible);
+  command.add_flag("--detach", options->detach,
+                   "Hand it to a server as a job, print the job's id and wait for nothing");
+  AddDetachOptions(command, options->detached);
   command
       .add_option(
           "--threads", options->thread_count,
@@ -141,7 +162,8 @@ void AddRemeshCommand(CLI::App& app, Command& chosen) {
   CLI::Option* json = command.get_option("--json");
   command.callback([options, json, &chosen] {
     if (json->count() > 0 && options->json.empty()) options->json = "-";
-    chosen.run = [options] { return Run(*options); };
+    CheckTarget(*options);
+    chosen.run = [options] { return options->detach ? Detach(*options) : Run(*options); };
   });
 }
 

@@ -38,15 +38,6 @@ std::string Hex(std::uint64_t value) {
   return Format("%016llx", static_cast<unsigned long long>(value));
 }
 
-std::string UtcTime(std::chrono::system_clock::time_point time) {
-  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
-  std::tm utc{};
-  gmtime_r(&seconds, &utc);
-  std::array<char, 32> buffer;
-  std::strftime(buffer.data(), buffer.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
-  return buffer.data();
-}
-
 std::string StateName(client::SessionState state) {
   switch (state) {
     case client::SessionState::kIdle:
@@ -108,32 +99,43 @@ std::string QualityText(const Quality& quality) {
   return text;
 }
 
+std::string UtcTime(std::chrono::system_clock::time_point time) {
+  const std::time_t seconds = std::chrono::system_clock::to_time_t(time);
+  std::tm utc{};
+  gmtime_r(&seconds, &utc);
+  std::array<char, 32> buffer;
+  std::strftime(buffer.data(), buffer.size(), "%Y-%m-%dT%H:%M:%SZ", &utc);
+  return buffer.data();
+}
+
+Json AdvanceJson(const client::AdvanceReport& advance) {
+  return {{"vertex_count", advance.summary.vertex_count},
+          {"triangle_count", advance.summary.triangle_count},
+          {"constrained_edge_count", advance.summary.edge_count},
+          {"state_hash", Hex(advance.summary.state_hash)},
+          {"stop", StopName(advance.stop)},
+          {"active_count", advance.active_count},
+          {"loop",
+           {{"visits", advance.visits},
+            {"moves", advance.moves},
+            {"insertions", advance.insertions},
+            {"deletions", advance.deletions},
+            {"swaps", advance.swaps},
+            {"cooled_count", advance.cooled_count}}},
+          {"troubles", TroublesJson(advance.troubles)}};
+}
+
 Json RemeshJson(const RemeshReport& report, const RemeshResult& result) {
-  const client::AdvanceReport& advance = result.report;
   Json json = {{"pliant_version", PLIANT_VERSION},
                {"mode", report.server ? "server" : "local"},
                {"input", report.input},
-               {"output", report.output},
-               {"vertex_count", advance.summary.vertex_count},
-               {"triangle_count", advance.summary.triangle_count},
-               {"constrained_edge_count", advance.summary.edge_count},
-               {"state_hash", Hex(advance.summary.state_hash)},
-               {"stop", StopName(advance.stop)},
-               {"active_count", advance.active_count},
-               {"seconds",
-                {{"read", report.read_seconds},
-                 {"remesh", report.remesh_seconds},
-                 {"write", report.write_seconds}}},
-               {"peak_memory_bytes", report.peak_memory_bytes},
-               {"loop",
-                {{"visits", advance.visits},
-                 {"moves", advance.moves},
-                 {"insertions", advance.insertions},
-                 {"deletions", advance.deletions},
-                 {"swaps", advance.swaps},
-                 {"cooled_count", advance.cooled_count}}},
-               {"troubles", TroublesJson(advance.troubles)},
-               {"quality", QualityJson(result.quality)}};
+               {"output", report.output}};
+  json.update(AdvanceJson(result.report));
+  json["seconds"] = {{"read", report.read_seconds},
+                     {"remesh", report.remesh_seconds},
+                     {"write", report.write_seconds}};
+  json["peak_memory_bytes"] = report.peak_memory_bytes;
+  json["quality"] = QualityJson(result.quality);
   if (report.server) json["server"] = *report.server;
   return json;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -32,6 +33,12 @@ struct RemeshReport {
 };
 /// The report's fields are described in client/cli/README.md.
 [[nodiscard]] Json RemeshJson(const RemeshReport& report, const RemeshResult& result);
+
+/// What an advance did: the part of a report that a job has too.
+[[nodiscard]] Json AdvanceJson(const client::AdvanceReport& report);
+
+/// "2026-07-01T12:00:00Z".
+[[nodiscard]] std::string UtcTime(std::chrono::system_clock::time_point time);
 
 [[nodiscard]] Json SessionJson(const client::SessionInfo& session);
 

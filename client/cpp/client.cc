@@ -4,6 +4,7 @@
 
 #include "client/cpp/connection.h"
 #include "client/cpp/convert.h"
+#include "client/cpp/convert_job.h"
 #include "client/cpp/session_impl.h"
 #include "client/cpp/subscription_impl.h"
 
@@ -14,15 +15,8 @@ using CreateWriter = grpc::ClientWriter<v1::CreateSessionRequest>;
 
 v1::CreateSession CreateMessage(const Start& start, const MetricSpec& metric,
                                 const SessionSettings& settings, wire::ColumnWriter& columns) {
-  v1::CreateSession create;
+  v1::CreateSession create = InputToWire(start, metric, settings.options, columns);
   create.set_session_id(settings.session_id);
-  if (const auto* domain = std::get_if<Domain>(&start)) {
-    *create.mutable_domain() = ToWire(*domain, columns);
-  } else {
-    *create.mutable_mesh() = ToWire(std::get<MeshData>(start), columns);
-  }
-  *create.mutable_metric() = ToWire(metric, columns);
-  *create.mutable_options() = ToWire(settings.options);
   for (const auto& [key, value] : settings.labels) (*create.mutable_labels())[key] = value;
   return create;
 }

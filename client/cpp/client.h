@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cpp/job_types.h"
 #include "client/cpp/mesh_replica.h"
 #include "client/cpp/session.h"
 #include "client/cpp/subscription.h"
@@ -58,6 +59,24 @@ class Client {
   /// The mesh of the current revision. Fails with kRevisionNotFound before the first commit.
   Result<MeshReplica> GetMesh(const std::string& session_id, Parts parts = Parts::kMesh);
   Result<Quality> GetQuality(const std::string& session_id);
+
+  // Jobs: remeshing that nobody waits for. In client_jobs.cc.
+
+  /// Puts a job into the server's queue. Arrays that are wrong by themselves are refused here; how
+  /// they fit together shows in JobInfo::error. Errors: kJobExists, kResourceExhausted.
+  Result<JobInfo> SubmitJob(const Start& start, const MetricSpec& metric,
+                            const JobSettings& settings = {});
+  /// Fails with kJobNotFound, also when the job's time is over.
+  Result<JobInfo> GetJob(const std::string& job_id);
+  /// All jobs, newest first.
+  Result<std::vector<JobInfo>> ListJobs();
+  /// Stops a job; one that has ended stays as it is.
+  Result<JobInfo> CancelJob(const std::string& job_id);
+  /// The mesh of a job that is done. Fails with kJobNotDone.
+  Result<MeshReplica> FetchResult(const std::string& job_id, Parts parts = Parts::kMesh);
+  /// Asks, ever more rarely, until the job has ended; a server that is out of reach for a while is
+  /// waited for. Fails with kDeadlineExceeded or kCancelled where `wait` says so.
+  Result<JobInfo> WaitForJob(const std::string& job_id, const JobWait& wait = {});
 
  private:
   explicit Client(std::shared_ptr<Connection> connection);

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/cpp/convert.h"
+#include "client/cpp/download.h"
 #include "client/cpp/grpc_error.h"
 
 namespace pliant::client {
@@ -36,7 +37,8 @@ Connection::Connection(std::string address, const ConnectOptions& options)
     : address_(std::move(address)),
       options_(options),
       channel_(MakeChannel(address_, options_)),
-      sessions_(v1::SessionService::NewStub(channel_)) {}
+      sessions_(v1::SessionService::NewStub(channel_)),
+      jobs_(v1::JobService::NewStub(channel_)) {}
 
 Status Connection::Handshake() {
   if (!WaitForConnected()) {
@@ -72,33 +74,7 @@ Result<MeshReplica> Connection::GetMesh(const std::string& session_id, Parts par
   v1::GetMeshRequest request;
   request.set_session_id(session_id);
   if (parts != Parts::kMesh) request.add_parts(v1::MESH_PART_METRIC);
-  const auto reader = sessions_->GetMesh(context.get(), request);
-
-  wire::ColumnReader columns(kBlobBytesMax);
-  MeshReplica replica;
-  v1::GetMeshResponse response;
-  bool complete = false;
-  Status received;
-  while (received.ok() && reader->Read(&response)) {
-    if (response.has_chunk()) {
-      received = columns.Add(response.chunk());
-    } else if (response.has_snapshot()) {
-      const Result<MeshDiff> snapshot = FromWire(response.snapshot(), columns);
-      received = snapshot.ok() ? replica.Reset(*snapshot) : Status(snapshot.error());
-      complete = true;
-    }
-  }
-  if (!received.ok()) {
-    context->TryCancel();
-    static_cast<void>(reader->Finish());  // What was received is the reason, not the cancel.
-    return received.error();
-  }
-  if (const auto status = reader->Finish(); !status.ok()) return CallError(*this, status);
-  if (!complete) {
-    return Error{.code = ErrorCode::kInternal,
-                 .message = "the server ended the download without a mesh"};
-  }
-  return replica;
+  return ReceiveMesh(*this, *context, *sessions_->GetMesh(context.get(), request));
 }
 
 Result<Quality> Connection::GetQuality(const std::string& session_id) {

@@ -12,6 +12,7 @@
 #include "client/cpp/types.h"
 #include "core/base/result.h"
 #include "core/pliant/quality.h"
+#include "pliant/v1/job.grpc.pb.h"
 #include "pliant/v1/session.grpc.pb.h"
 
 namespace pliant::client {
@@ -33,6 +34,8 @@ class Connection {
   [[nodiscard]] const ServerInfo& server_info() const { return server_info_; }
   [[nodiscard]] v1::SessionService::Stub& sessions() const { return *sessions_; }
 
+  [[nodiscard]] v1::JobService::Stub& jobs() const { return *jobs_; }
+
   /// A context for one call, with the token if there is one.
   [[nodiscard]] std::unique_ptr<grpc::ClientContext> NewContext() const;
   /// The same for a call that fails with DEADLINE_EXCEEDED after `timeout`.
@@ -50,6 +53,7 @@ class Connection {
   ConnectOptions options_;
   std::shared_ptr<grpc::Channel> channel_;
   std::unique_ptr<v1::SessionService::Stub> sessions_;
+  std::unique_ptr<v1::JobService::Stub> jobs_;
   ServerInfo server_info_;
 };
 

@@ -220,7 +220,9 @@ def test_wrong_usage_ends_with_2(arguments):
 
 @pytest.mark.parametrize("command", [
     ["remesh"], ["plot"], ["quality"], ["session"], ["session", "create"], ["session", "list"],
-    ["session", "show"], ["session", "get"], ["session", "quality"], ["session", "delete"], []])
+    ["session", "show"], ["session", "get"], ["session", "quality"], ["session", "delete"],
+    ["job"], ["job", "list"], ["job", "show"], ["job", "wait"], ["job", "cancel"],
+    ["job", "fetch"], []])
 def test_every_command_has_help_with_an_example(command):
     text = run(*command, "--help").stdout
     assert "Usage: pliant" in text and "Example:\n  pliant" in text
@@ -306,6 +308,56 @@ def test_the_life_of_a_session(server, tmp_path):
 
     run("session", "delete", "plate", env=env)
     assert "SESSION_NOT_FOUND" in run("session", "show", "plate", env=env, code=1).stderr
+
+
+@needs_server
+def test_the_life_of_a_job(server, tmp_path):
+    env = {"PLIANT_SERVER": server}
+    assert run("job", "list", env=env).stdout == ""
+    assert run("remesh", PLATE, *SIZE, "--detach", "--job-id", "plate", "--priority", "2",
+               "--keep-h", "1", env=env).stdout == "plate\n"
+    assert "JOB_EXISTS" in run("remesh", PLATE, *SIZE, "--detach", "--job-id", "plate", env=env,
+                               code=1).stderr
+    assert "plate  done" in run("job", "wait", "plate", env=env).stdout
+    shown = json.loads(run("job", "show", "plate", "--json", env=env).stdout)
+    assert (shown["state"], shown["priority"], shown["stop"]) == ("done", 2, "converged")
+    assert json.loads(run("job", "list", "--json", env=env).stdout) == [shown]
+
+    run("job", "fetch", "plate", "-o", tmp_path / "got.vtu", env=env)
+    run("remesh", PLATE, *SIZE, "-o", tmp_path / "made.vtu", "--local")
+    assert (tmp_path / "got.vtu").read_bytes() == (tmp_path / "made.vtu").read_bytes()
+
+    endless = run("remesh", PLATE, "--size", "0.0005", "--detach", env=env).stdout.strip()
+    assert "DEADLINE_EXCEEDED" in run("job", "wait", endless, "--seconds-max", "0.2", env=env,
+                                      code=1).stderr
+    assert "JOB_NOT_DONE" in run("job", "fetch", endless, "-o", tmp_path / "m.mesh", env=env,
+                                 code=1).stderr
+    assert f"{endless}  cancelled" in run("job", "cancel", endless, env=env).stdout
+    assert "JOB_NOT_DONE" in run("job", "wait", endless, env=env, code=1).stderr
+    assert "plate  done" in run("job", "cancel", "plate", env=env).stdout, "it has ended"
+    assert "JOB_NOT_FOUND" in run("job", "show", "nobody", env=env, code=1).stderr
+
+    bad = run("remesh", DATA / "crossing.poly", *SIZE, "--detach", env=env).stdout.strip()
+    assert "CROSSING_SEGMENTS" in run("job", "wait", bad, env=env, code=1).stderr
+
+
+@needs_server
+def test_ctrl_c_while_waiting_leaves_the_job(server):
+    endless = run("remesh", PLATE, "--size", "0.0005", "--detach", "--server", server)
+    job = endless.stdout.strip()
+    begin = time.monotonic()
+    code, text = interrupt_when(lambda: time.monotonic() > begin + 0.3, "job", "wait", job,
+                                "--server", server)
+    assert code == 130 and "goes on" in text
+    assert "running" in run("job", "show", job, "--server", server).stdout
+    run("job", "cancel", job, "--server", server)
+
+
+def test_detach_leaves_nothing_to_write(tmp_path):
+    run("remesh", PLATE, *SIZE, code=2)
+    for extra in (["-o", tmp_path / "m.mesh"], ["--local"], ["--output-metric", "m.sol"]):
+        run("remesh", PLATE, *SIZE, "--detach", *extra, code=2)
+    run("remesh", PLATE, *SIZE, "--priority", "3", "-o", tmp_path / "m.mesh", code=2)
 
 
 @needs_server
