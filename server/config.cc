@@ -19,6 +19,9 @@ const std::map<std::string, LogLevel> kLogLevels = {{"debug", LogLevel::kDebug},
 const std::map<std::string, LogFormat> kLogFormats = {{"text", LogFormat::kText},
                                                       {"json", LogFormat::kJson}};
 
+// `none` stands for no directory; one of that name is `./none`.
+std::string DirectoryOf(const std::string& data) { return data == "none" ? "" : data; }
+
 // Sets the field of a key from YAML; false if there is no such key. Throws YAML's exceptions.
 bool SetKey(const std::string& key, const YAML::Node& value, Config& config) {
   if (key == "listen") {
@@ -65,8 +68,12 @@ bool SetKey(const std::string& key, const YAML::Node& value, Config& config) {
     config.log_level = kLogLevels.at(value.as<std::string>());
   } else if (key == "log-format" && kLogFormats.contains(value.as<std::string>())) {
     config.log_format = kLogFormats.at(value.as<std::string>());
-  } else if (key == "data" && value.as<std::string>() == "none") {
-    // The only kind of store so far; the key is there so that a file can say it.
+  } else if (key == "sleep-after-s") {
+    config.sleep_after_s = value.as<std::int64_t>();
+  } else if (key == "memory-limit-mib") {
+    config.memory_limit_mib = value.as<std::int64_t>();
+  } else if (key == "data") {
+    config.data = DirectoryOf(value.as<std::string>());
   } else {
     return SetJobKey(key, value, config.jobs);
   }
@@ -90,7 +97,22 @@ bool IsLoopback(const std::string& listen) {
   return host == "localhost" || host == "[::1]" || host.starts_with("127.");
 }
 
-void AddFlags(CLI::App& app, Config& config, std::string& config_path, std::string& data) {
+void AddStoreFlags(CLI::App& app, Config& config) {
+  app.add_option_function<std::string>(
+         "--data", [&config](const std::string& data) { config.data = DirectoryOf(data); },
+         "Directory where sessions are kept, so that they survive the server; none: they are in "
+         "memory only and end with it")
+      ->default_str("none");
+  app.add_option("--sleep-after-s", config.sleep_after_s,
+                 "With --data: sessions that nobody used for so long leave memory, in s; 0: never")
+      ->capture_default_str();
+  app.add_option("--memory-limit-mib", config.memory_limit_mib,
+                 "With --data: beyond it the least recently used sessions leave memory, in MiB; 0: "
+                 "no limit")
+      ->capture_default_str();
+}
+
+void AddFlags(CLI::App& app, Config& config, std::string& config_path) {
   app.add_option("--config", config_path, "YAML file with these options as keys; flags win");
   app.add_option("--listen", config.listen,
                  "Address to serve: HOST:PORT (port 0: a free one) or unix:/path")
@@ -143,9 +165,7 @@ void AddFlags(CLI::App& app, Config& config, std::string& config_path, std::stri
                  "Time without news after which a subscriber gets a bookmark, in ms")
       ->capture_default_str();
   AddJobFlags(app, config.jobs);
-  app.add_option("--data", data, "Where sessions are kept; only `none`, in memory, so far")
-      ->capture_default_str()
-      ->check(CLI::IsMember({"none"}));
+  AddStoreFlags(app, config);
   app.add_option("--log-level", config.log_level, "debug, info, warning or error")
       ->transform(CLI::CheckedTransformer(kLogLevels).description(""))
       ->default_str("info");
@@ -167,10 +187,11 @@ Result<std::variant<Config, ExitRequest>> ParseConfig(int argc, const char* cons
   for (int pass = 0; pass < 2; ++pass) {
     CLI::App app("pliantd: keeps triangle meshes and adapts them to what clients send", "pliantd");
     app.set_version_flag("--version", "pliantd " PLIANT_VERSION);
-    app.footer("Sessions live in memory until they are deleted or the server ends.");
+    app.footer(
+        "Without --data sessions live in memory and end with the server; with it, what was "
+        "acknowledged survives a crash.");
     std::string config_path;
-    std::string data = "none";
-    AddFlags(app, config, config_path, data);
+    AddFlags(app, config, config_path);
     try {
       app.parse(argc, argv);
     } catch (const CLI::ParseError& error) {
@@ -272,6 +293,12 @@ Status CheckConfig(const Config& config) {
   }
   if (config.connection_age_max_s < 0 || config.connection_age_max_s > 1'000'000) {
     return out_of_range("--connection-age-max-s must be 0 to 1,000,000", "connection-age-max-s");
+  }
+  if (config.sleep_after_s < 0 || config.sleep_after_s > 1'000'000'000) {
+    return out_of_range("--sleep-after-s must be 0 to 1,000,000,000", "sleep-after-s");
+  }
+  if (config.memory_limit_mib < 0 || config.memory_limit_mib > 1'000'000'000) {
+    return out_of_range("--memory-limit-mib must be 0 to 1,000,000,000", "memory-limit-mib");
   }
   if (config.bookmark_ms < 1 || config.bookmark_ms > 3'600'000) {
     return out_of_range("--bookmark-ms must be 1 to 3,600,000", "bookmark-ms");

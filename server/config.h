@@ -51,6 +51,12 @@ struct Config {
   /// Time without news after which a subscriber gets a bookmark.
   std::int64_t bookmark_ms = kBookmarkMsDefault;
   JobConfig jobs = {};
+  /// Directory where sessions are kept; empty: in memory only.
+  std::string data = {};
+  /// Sessions that are stored leave memory when nobody has used them for so long, in s; 0: never.
+  std::int64_t sleep_after_s = kSleepAfterSDefault;
+  /// ...and when all sessions together hold more than that, in MiB; 0: no limit.
+  std::int64_t memory_limit_mib = 0;
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;
 };

@@ -175,6 +175,20 @@ Result<VertexTensors> ConvertVertexMetric(const v1::VertexMetric& wire) {
 
 // --- Sessions ---------------------------------------------------------------------------------
 
+Result<std::optional<Durability>> ConvertDurability(const v1::SessionOptions& wire) {
+  if (!wire.has_durability()) return std::optional<Durability>();
+  switch (wire.durability()) {
+    case v1::DURABILITY_NONE:
+      return std::optional(Durability::kNone);
+    case v1::DURABILITY_RELAXED:
+      return std::optional(Durability::kRelaxed);
+    case v1::DURABILITY_STRICT:
+      return std::optional(Durability::kStrict);
+    default:
+      return RangeError("options.durability is no known durability", "options.durability");
+  }
+}
+
 Status CheckLabels(const v1::CreateSession& create) {
   if (static_cast<std::size_t>(create.labels_size()) > kLabelsMax) {
     return Error{
@@ -210,6 +224,7 @@ Result<SessionInput> ConvertCreate(const v1::CreateSession& create, const Reques
   }
   PLIANT_ASSIGN_OR_RETURN(input.engine.metric, ConvertFirstMetric(create, input.engine.start));
   PLIANT_ASSIGN_OR_RETURN(input.engine.options, ConvertOptions(create.options(), limits));
+  PLIANT_ASSIGN_OR_RETURN(input.durability, ConvertDurability(create.options()));
   const std::size_t point_count =
       std::visit([](const auto& start) { return start.points.size(); }, input.engine.start);
   if (point_count > static_cast<std::size_t>(input.engine.options.vertices_max)) {

@@ -99,9 +99,6 @@ Result<OptionsUpdate> ConvertSet(const v1::SessionOptions& wire, const RequestLi
     update.vertices_max = wire.vertices_max();
   }
   if (wire.has_history_bytes_max()) return NotYet("History", "options.history_bytes_max");
-  if (wire.has_durability() && wire.durability() != v1::DURABILITY_NONE) {
-    return NotYet("Durability other than DURABILITY_NONE", "options.durability");
-  }
   return update;
 }
 
@@ -123,6 +120,10 @@ Result<OptionsUpdate> ConvertOptionsUpdate(const v1::SessionOptions& wire,
     return RangeError(
         "restrictions of a session are changed by `constraints`, which replace them as a whole",
         "options.restrictions");
+  }
+  if (wire.has_durability()) {
+    return RangeError("the durability of a session is chosen when it is created",
+                      "options.durability");
   }
   return ConvertSet(wire, limits);
 }

@@ -201,6 +201,9 @@ void WriteBody(const AdvancedEvent& advanced, const SessionEvent& event, const W
   for (const Trouble& trouble : advanced.troubles) Write(trouble, *wire.add_troubles());
   if (advanced.motion_fraction) wire.set_motion_fraction(*advanced.motion_fraction);
   WriteLimits(advanced.progress.metric, wire);
+  if (advanced.durable_revision) {
+    wire.set_durable_revision(static_cast<std::int64_t>(*advanced.durable_revision));
+  }
 }
 
 void WriteBody(const ClosingEvent& closing, const SessionEvent&, const WantedParts&,
@@ -322,7 +325,9 @@ v1::Session ToSession(const SessionInfo& info) {
   v1::Session wire;
   wire.set_session_id(info.session_id);
   wire.set_revision(static_cast<std::int64_t>(info.revision));
-  wire.set_state(info.running ? v1::SESSION_STATE_RUNNING : v1::SESSION_STATE_IDLE);
+  wire.set_state(info.running  ? v1::SESSION_STATE_RUNNING
+                 : info.asleep ? v1::SESSION_STATE_ASLEEP
+                               : v1::SESSION_STATE_IDLE);
   if (info.summary) {
     *wire.mutable_counts() = ToMeshCounts(*info.summary);
     wire.set_state_hash(info.summary->state_hash);

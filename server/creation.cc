@@ -5,6 +5,7 @@
 #include "server/convert_reply.h"
 #include "server/error_status.h"
 #include "server/request_id.h"
+#include "server/stored_form.h"
 
 namespace pliant::server {
 
@@ -60,19 +61,29 @@ Status Creation::Begin() {
   }
   PLIANT_RETURN_IF_ERROR(blobs_.Resolve(*create_));
   PLIANT_ASSIGN_OR_RETURN(SessionInput input, ConvertCreate(*create_, context_.limits));
+  PLIANT_ASSIGN_OR_RETURN(const Durability durability, DurabilityOf(input));
+  Bytes form;
+  if (durability != Durability::kNone) form = FormOf(*create_);
   create_.reset();
   PLIANT_ASSIGN_OR_RETURN(const std::string id,
                           context_.registry->Reserve(*tenant_, input.session_id));
-  Session::Environment environment = context_.session;
-  environment.account = context_.accounts->Of(*tenant_);
-  environment.on_broken = [registry = context_.registry, tenant = *tenant_](
-                              const std::string& name) { registry->Remove(tenant, name); };
-  const auto session =
-      std::make_shared<Session>(std::move(environment), id, std::move(input.labels));
+  const auto session = std::make_shared<Session>(EnvironmentOf(context_, *tenant_, id, durability),
+                                                 id, std::move(input.labels));
   // This object lives until Finish, which only Complete calls from here on.
-  session->Start(std::move(input.engine),
-                 [this, session](const Status& status) { Complete(session, status); });
+  session->Start(
+      std::move(input.engine), [this, session](const Status& status) { Complete(session, status); },
+      std::move(form));
   return {};
+}
+
+Result<Durability> Creation::DurabilityOf(const SessionInput& input) const {
+  const bool has_store = context_.keeper != nullptr;
+  if (!input.durability) return has_store ? Durability::kStrict : Durability::kNone;
+  if (has_store || *input.durability == Durability::kNone) return *input.durability;
+  return Error{ErrorCode::kUnimplemented,
+               "this server keeps sessions in memory only (--data none), so none is durable; ask "
+               "for DURABILITY_NONE or leave it to the server",
+               "options.durability"};
 }
 
 void Creation::Complete(const std::shared_ptr<Session>& session, const Status& status) {
@@ -89,7 +100,7 @@ void Creation::Complete(const std::shared_ptr<Session>& session, const Status& s
   if (call_->IsCancelled()) {
     // Nobody knows the id, so nobody could ever delete the session.
     context_.registry->Remove(*tenant_, id);
-    session->Close({ErrorCode::kCancelled, "the creator is gone", {}});
+    session->Delete({ErrorCode::kCancelled, "the creator is gone", {}}, [](const Status&) {});
     Finish(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
     return;
   }

@@ -28,6 +28,7 @@ class Creation final : public grpc::ServerReadReactor<v1::CreateSessionRequest> 
  private:
   Status Take(v1::CreateSessionRequest& request);
   Status Begin();
+  [[nodiscard]] Result<Durability> DurabilityOf(const SessionInput& input) const;
   void Complete(const std::shared_ptr<Session>& session, const Status& status);
 
   const ServiceContext& context_;

@@ -33,6 +33,8 @@ class DiffHistory {
   void SetBytesMax(std::size_t bytes_max) { bytes_max_ = bytes_max; }
 
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
+  /// All of them, oldest first.
+  [[nodiscard]] const std::deque<std::shared_ptr<const MeshDiff>>& diffs() const { return diffs_; }
   [[nodiscard]] std::size_t count() const { return diffs_.size(); }
 
  private:

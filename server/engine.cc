@@ -93,6 +93,10 @@ class RemesherEngine final : public Engine {
     PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Remesher> copy, Remesher::Load(bytes));
     return std::unique_ptr<Engine>(std::make_unique<RemesherEngine>(std::move(copy), threads_));
   }
+  Result<Bytes> Save() const override { return remesher_->Save(); }
+  Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes) const override {
+    return remesher_->ReadDelta(bytes);
+  }
   bool building() const override { return remesher_->building(); }
   int step_threads() const override {
     const bool in_blocks = building() && vertex_count() >= BlockRule{}.nodes_min;
@@ -122,6 +126,21 @@ Result<MeshDiff> Engine::Apply(const RevisionDelta&, Revision) {
 
 Result<std::unique_ptr<Engine>> Engine::Fork() const {
   return Error{ErrorCode::kUnimplemented, "this engine cannot be copied", {}};
+}
+
+Result<Bytes> Engine::Save() const {
+  return Error{ErrorCode::kUnimplemented, "this engine cannot be saved", {}};
+}
+
+Result<RevisionDelta> Engine::ReadDelta(std::span<const std::byte>) const {
+  return Error{ErrorCode::kUnimplemented, "this engine keeps no revisions", {}};
+}
+
+EngineLoader RemesherLoader(ThreadPool* threads) {
+  return [threads](std::span<const std::byte> bytes) -> Result<std::unique_ptr<Engine>> {
+    PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Remesher> remesher, Remesher::Load(bytes));
+    return std::unique_ptr<Engine>(std::make_unique<RemesherEngine>(std::move(remesher), threads));
+  };
 }
 
 EngineFactory RemesherFactory(ThreadPool* threads) {

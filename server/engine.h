@@ -8,6 +8,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/result.h"
 #include "core/geometry/domain.h"
 #include "core/geometry/mesh_data.h"
@@ -75,6 +76,10 @@ class Engine {
   virtual Result<MeshDiff> Apply(const RevisionDelta& delta, Revision revision);
   /// A second engine at the last commit. @pre nothing changed since
   [[nodiscard]] virtual Result<std::unique_ptr<Engine>> Fork() const;
+  /// The last commit as bytes, for an EngineLoader. @pre nothing changed since
+  [[nodiscard]] virtual Result<Bytes> Save() const;
+  /// Reads what WriteDelta wrote of a delta that leads from the last commit.
+  [[nodiscard]] virtual Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes) const;
   /// A commit now would spoil the first mesh, which is still being built from coarse to fine.
   [[nodiscard]] virtual bool building() const { return false; }
   /// The whole mesh of the last commit as a diff from nothing, whatever has changed since.
@@ -92,9 +97,13 @@ class Engine {
 /// Makes engines. Errors: those of Remesher::Create.
 using EngineFactory = std::function<Result<std::unique_ptr<Engine>>(const EngineInput&)>;
 
-/// The factory of the real thing.
+/// Makes engines of what Engine::Save gave. Errors: those of Remesher::Load.
+using EngineLoader = std::function<Result<std::unique_ptr<Engine>>(std::span<const std::byte>)>;
+
+/// The factory and the loader of the real thing.
 /// @param threads  help with large meshes, all engines in turn; not owned, null: none. No bit of a
 /// mesh depends on them.
 [[nodiscard]] EngineFactory RemesherFactory(ThreadPool* threads = nullptr);
+[[nodiscard]] EngineLoader RemesherLoader(ThreadPool* threads = nullptr);
 
 }  // namespace pliant::server

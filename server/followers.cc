@@ -25,6 +25,14 @@ void Followers::Remove(const Subscriber* subscriber) {
   std::erase_if(entries_, [&](const auto& entry) { return entry->subscriber.get() == subscriber; });
 }
 
+bool Followers::AnyWaits(Revision revision) const {
+  for (const std::shared_ptr<Entry>& entry : Entries()) {
+    const bool is_behind = revision != Revision::kNone && entry->revision != revision;
+    if ((is_behind || entry->is_new) && entry->subscriber->ready()) return true;
+  }
+  return false;
+}
+
 std::size_t Followers::count() const {
   const std::lock_guard lock(mutex_);
   return entries_.size();

@@ -42,6 +42,8 @@ class Followers {
   /// @param revision  that the subscriber has. Error: kResourceExhausted.
   Status Add(std::shared_ptr<Subscriber> subscriber, Revision revision);
   void Remove(const Subscriber* subscriber);
+  /// Somebody is ready and does not have this revision, or has had no answer yet.
+  [[nodiscard]] bool AnyWaits(Revision revision) const;
   [[nodiscard]] std::size_t count() const;
 
   /// Where the session is. The snapshot is made only if somebody needs it.

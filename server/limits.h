@@ -122,6 +122,13 @@ inline constexpr std::int32_t kPageSizeDefault = 100;
 /// Bytes that wait to be written, over all sessions; beyond it workers wait for the disk, which is
 /// then slower than everything they could do.
 inline constexpr std::size_t kStoreQueueBytesMax = std::size_t{256} << 20;
+/// Bytes of one session with relaxed durability that wait to be written; beyond it the session
+/// waits: twice a large commit.
+inline constexpr std::size_t kJournalPendingBytesMax = 16 << 20;
+/// Time without use after which a stored session leaves memory, in s, unless configured.
+inline constexpr std::int64_t kSleepAfterSDefault = 600;
+/// A journal that is smaller is not worth a snapshot, however small that would be.
+inline constexpr std::size_t kJournalBytesMin = 64 << 10;
 /// Writes in one transaction: so many share one wait for the disk, and fail together at first.
 inline constexpr std::size_t kStoreGroupMax = 256;
 

@@ -32,13 +32,14 @@ Status Serve(const Config& config, const sigset_t& signals) {
   const SystemClock clock;
   const Log log(config.log_level, config.log_format);
   ThreadPool mesh_threads(ThreadCount(config.mesh_threads));
-  PLIANT_ASSIGN_OR_RETURN(
-      const std::unique_ptr<Server> server,
-      Server::Start(
-          config,
-          {.clock = &clock, .log = &log, .engine_factory = RemesherFactory(&mesh_threads)}));
-  log.Info("serving",
-           {{"address", server->address()}, {"version", PLIANT_VERSION}, {"data", "none"}});
+  PLIANT_ASSIGN_OR_RETURN(const std::unique_ptr<Server> server,
+                          Server::Start(config, {.clock = &clock,
+                                                 .log = &log,
+                                                 .engine_factory = RemesherFactory(&mesh_threads),
+                                                 .engine_loader = RemesherLoader(&mesh_threads)}));
+  log.Info("serving", {{"address", server->address()},
+                       {"version", PLIANT_VERSION},
+                       {"data", config.data.empty() ? "none, in memory only" : config.data}});
   if (!config.port_file.empty()) {
     PLIANT_RETURN_IF_ERROR(WritePortFile(config.port_file, server->address()));
   }

@@ -12,6 +12,8 @@
 
 #include "server/jobs/memory_job_store.h"
 #include "server/limits.h"
+#include "server/record.h"
+#include "server/store/sqlite_store.h"
 
 namespace pliant::server {
 namespace {
@@ -47,13 +49,20 @@ Result<std::unique_ptr<Server>> Server::Start(const Config& config, Parts parts)
   if (!config.tokens.empty()) {
     PLIANT_ASSIGN_OR_RETURN(access, Access::FromFile(config.tokens));
   }
-  std::unique_ptr<Server> server(new Server(config, std::move(parts), std::move(access)));
+  std::unique_ptr<Store> store;
+  if (!config.data.empty()) {
+    PLIANT_ASSIGN_OR_RETURN(store, SqliteStore::Open({.directory = config.data, .vfs = {}}));
+  }
+  std::unique_ptr<Server> server(
+      new Server(config, std::move(parts), std::move(access), std::move(store)));
+  PLIANT_RETURN_IF_ERROR(server->Restore());
   PLIANT_RETURN_IF_ERROR(server->jobs_.Load());
   PLIANT_RETURN_IF_ERROR(server->Bind());
+  if (server->sleeper_ != nullptr) server->sleeper_->Start();
   return server;
 }
 
-Server::Server(const Config& config, Parts parts, Access access)
+Server::Server(const Config& config, Parts parts, Access access, std::unique_ptr<Store> store)
     : config_(config),
       parts_(std::move(parts)),
       access_(std::move(access)),
@@ -65,13 +74,31 @@ Server::Server(const Config& config, Parts parts, Access access)
                  .compute_percent = config.tenant_compute_percent,
                  .compute_burst = std::chrono::milliseconds(config.tenant_compute_burst_ms)}),
       scheduler_(ThreadCount(config.workers), *parts_.clock),
-      context_{.registry = &registry_,
+      keeper_(store == nullptr
+                  ? nullptr
+                  : std::make_unique<Keeper>(std::move(store),
+                                             SessionMakers{.factory = parts_.engine_factory,
+                                                           .loader = parts_.engine_loader,
+                                                           .codec = &codec_},
+                                             *parts_.log)),
+      sleeper_(keeper_ == nullptr
+                   ? nullptr
+                   : std::make_unique<Sleeper>(
+                         Sleeper::Policy{
+                             .idle_max = std::chrono::seconds(config.sleep_after_s),
+                             .memory_bytes_max = config.memory_limit_mib * (std::int64_t{1} << 20)},
+                         registry_, *parts_.clock)),
+      context_{.keeper = keeper_.get(),
+               .registry = &registry_,
                .access = &access_,
                .calls = &calls_,
                .session = {.clock = parts_.clock,
                            .scheduler = &scheduler_,
                            .log = parts_.log,
                            .factory = parts_.engine_factory,
+                           .loader = parts_.engine_loader,
+                           .codec = &codec_,
+                           .budget = sleeper_ == nullptr ? nullptr : &sleeper_->budget(),
                            .on_broken = nullptr},
                .accounts = &accounts_,
                .limits = {.vertices_max = config.vertices_max},
@@ -97,6 +124,30 @@ Server::Server(const Config& config, Parts parts, Access access)
 Server::~Server() {
   Shutdown();
   scheduler_.Stop();  // Also where it never served: no task outlives what it uses.
+}
+
+// Sessions that are stored are there at once; each is loaded when somebody needs it.
+Status Server::Restore() {
+  if (keeper_ == nullptr) return {};
+  PLIANT_ASSIGN_OR_RETURN(const std::vector<StoredHead> heads,
+                          keeper_->store().List(DocumentKind::kSession));
+  for (const StoredHead& head : heads) {
+    Result<StoredInfo> stored = ReadInfo(head.head);
+    if (!stored.ok()) {
+      // It is there all the same: whoever uses it is told, and may delete it.
+      parts_.log->Error("damaged", {{"session", head.key.name}, {"what", stored.error().message}});
+      stored = StoredInfo{};
+    }
+    stored->info.session_id = head.key.name;
+    registry_.Restore(head.key.tenant,
+                      std::make_shared<Session>(EnvironmentOf(context_, head.key.tenant,
+                                                              head.key.name, stored->durability),
+                                                std::move(stored->info)));
+  }
+  if (!heads.empty()) {
+    parts_.log->Info("restored", {{"sessions", std::to_string(heads.size())}});
+  }
+  return {};
 }
 
 Status Server::Bind() {

@@ -15,10 +15,13 @@
 #include "server/idle_sweeper.h"
 #include "server/job_service.h"
 #include "server/jobs/jobs.h"
+#include "server/keeper.h"
 #include "server/log.h"
 #include "server/scheduler.h"
 #include "server/service.h"
 #include "server/session_registry.h"
+#include "server/sleeper.h"
+#include "server/stored_form.h"
 
 namespace pliant::server {
 
@@ -32,6 +35,8 @@ class Server {
     const Clock* clock = nullptr;
     const Log* log = nullptr;
     EngineFactory engine_factory;
+    /// What brings back stored sessions; the real thing unless a test has another.
+    EngineLoader engine_loader = RemesherLoader();
   };
 
   /// Serves when it returns. Errors: kUnavailable if the address cannot be bound.
@@ -48,7 +53,8 @@ class Server {
   void Shutdown();
 
  private:
-  Server(const Config& config, Parts parts, Access access);
+  Server(const Config& config, Parts parts, Access access, std::unique_ptr<Store> store);
+  Status Restore();
   Status Bind();
 
   const Config config_;
@@ -57,7 +63,10 @@ class Server {
   SessionRegistry registry_;
   TenantAccounts accounts_;
   CallCounter calls_;
+  const WireCodec codec_;
   Scheduler scheduler_;
+  const std::unique_ptr<Keeper> keeper_;    // Null: in memory only.
+  const std::unique_ptr<Sleeper> sleeper_;  // With it.
   const ServiceContext context_;
   SessionServiceImpl sessions_;
   ServerServiceImpl info_;

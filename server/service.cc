@@ -78,6 +78,20 @@ Result<MetricBasis> ConvertBasis(const v1::GetQualityRequest& request) {
 
 }  // namespace
 
+Session::Environment EnvironmentOf(const ServiceContext& context, const std::string& tenant,
+                                   const std::string& id, Durability durability) {
+  Session::Environment environment = context.session;
+  environment.on_broken = [registry = context.registry, tenant](const std::string& name) {
+    registry->Remove(tenant, name);
+  };
+  environment.account = context.accounts->Of(tenant);
+  environment.durability = durability;
+  if (context.keeper != nullptr && durability != Durability::kNone) {
+    environment.journal = context.keeper->JournalOf(tenant, id);
+  }
+  return environment;
+}
+
 grpc::ServerReadReactor<v1::CreateSessionRequest>* SessionServiceImpl::CreateSession(
     grpc::CallbackServerContext* call, v1::CreateSessionResponse* response) {
   return new Creation(context_, call, response);
@@ -120,13 +134,20 @@ grpc::ServerUnaryReactor* SessionServiceImpl::DeleteSession(grpc::CallbackServer
   const Result<std::shared_ptr<Session>> session =
       context_.registry->Find(*tenant, request->session_id());
   if (!session.ok()) return End(call, session.error());
-  context_.registry->Remove(*tenant, request->session_id());
   response->set_revision(static_cast<std::int64_t>((*session)->info().revision));
-  (*session)->Close({ErrorCode::kSessionNotFound,
-                     "session " + request->session_id() + " was deleted", "session_id"});
-  context_.session.log->Info("delete",
-                             {{"session", request->session_id()}, {"request", RequestIdOf(*call)}});
-  return End(call, {});
+  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+  (*session)->Delete(
+      {ErrorCode::kSessionNotFound, "session " + request->session_id() + " was deleted",
+       "session_id"},
+      [this, reactor, tenant = *tenant, id = request->session_id(),
+       request_id = RequestIdOf(*call)](const Status& status) {
+        if (status.ok()) {
+          context_.registry->Remove(tenant, id);
+          context_.session.log->Info("delete", {{"session", id}, {"request", request_id}});
+        }
+        reactor->Finish(status.ok() ? grpc::Status::OK : ToGrpcStatus(status.error()));
+      });
+  return reactor;
 }
 
 grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* SessionServiceImpl::Edit(

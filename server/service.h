@@ -5,11 +5,14 @@
 #include <atomic>
 #include <chrono>
 #include <cstdint>
+#include <functional>
+#include <string>
 
 #include "pliant/v1/session.grpc.pb.h"
 #include "server/access.h"
 #include "server/call_counter.h"
 #include "server/convert.h"
+#include "server/keeper.h"
 #include "server/session.h"
 #include "server/session_registry.h"
 
@@ -17,6 +20,8 @@ namespace pliant::server {
 
 /// What the services share; everything outlives them.
 struct ServiceContext {
+  /// Where sessions are kept; null: in memory only.
+  Keeper* keeper = nullptr;
   SessionRegistry* registry = nullptr;
   const Access* access = nullptr;
   /// Of the calls that last: uploads, downloads, edit streams.
@@ -28,6 +33,11 @@ struct ServiceContext {
   std::size_t jobs_max = 0;
   std::chrono::milliseconds bookmark_interval{0};
 };
+
+/// What a new or stored session of a tenant uses.
+[[nodiscard]] Session::Environment EnvironmentOf(const ServiceContext& context,
+                                                 const std::string& tenant, const std::string& id,
+                                                 Durability durability);
 
 /// The calls on sessions. None of them computes: they look up, queue and answer.
 ///
@@ -70,6 +80,10 @@ class SessionServiceImpl final : public v1::SessionService::CallbackService {
                                  v1::ForkResponse* response) override;
 
  private:
+  Status BeginFork(const CommittedState& state, const std::string& tenant,
+                   const v1::ForkRequest& request, v1::ForkResponse& response,
+                   const std::function<void(const Status&)>& finish);
+
   const ServiceContext context_;
   std::atomic<int> downloads_ = 0;
 };

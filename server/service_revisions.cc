@@ -35,9 +35,19 @@ grpc::ServerUnaryReactor* RunBetweenUpdates(const ServiceContext& context,
   }
   const Status posted = (*session)->Post(
       [finish, work = std::move(work)](const Result<const CommittedState*>& state) {
-        finish(state.ok() ? work(**state) : Status(state.error()));
+        const Status done = state.ok() ? work(**state) : Status(state.error());
+        if (!done.ok()) {
+          finish(done);
+        } else {
+          (*state)->session->WhenDurable(finish);
+        }
       });
   if (!posted.ok()) finish(posted);
+  return reactor;
+}
+
+grpc::ServerUnaryReactor* Refused(grpc::ServerUnaryReactor* reactor) {
+  reactor->Finish(Access::Refusal());
   return reactor;
 }
 
@@ -97,35 +107,59 @@ grpc::ServerUnaryReactor* SessionServiceImpl::Release(grpc::CallbackServerContex
 grpc::ServerUnaryReactor* SessionServiceImpl::Fork(grpc::CallbackServerContext* call,
                                                    const v1::ForkRequest* request,
                                                    v1::ForkResponse* response) {
-  return RunBetweenUpdates(
-      context_, call, request->session_id(),
-      [this, call, request, response](const CommittedState& state) -> Status {
-        const std::string tenant = context_.access->TenantOf(*call).value_or("");
-        if (!request->new_session_id().empty()) {
-          PLIANT_RETURN_IF_ERROR(CheckSessionId(request->new_session_id()));
-        }
-        PLIANT_ASSIGN_OR_RETURN(const Revision revision,
-                                RevisionOr(request->revision(), state.revision, "revision"));
-        PLIANT_ASSIGN_OR_RETURN(const std::string id,
-                                context_.registry->Reserve(tenant, request->new_session_id()));
-        Session::Environment environment = context_.session;
-        environment.account = context_.accounts->Of(tenant);
-        environment.on_broken = [registry = context_.registry, tenant](const std::string& name) {
-          registry->Remove(tenant, name);
-        };
-        const auto fork =
-            std::make_shared<Session>(std::move(environment), id, state.session->info().labels);
-        Status status = state.session->ForkInto(*fork, revision);
-        if (!status.ok()) {
-          context_.registry->Remove(tenant, id);
-          return status;
-        }
-        context_.registry->Publish(tenant, fork);
-        context_.session.log->Info("fork",
-                                   {{"session", id}, {"from", state.session->session_id()}});
-        *response->mutable_session() = ToSession(fork->info());
-        return {};
-      });
+  grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
+  const auto finish = [reactor](const Status& status) {
+    reactor->Finish(status.ok() ? grpc::Status::OK : ToGrpcStatus(status.error()));
+  };
+  const std::optional<std::string> tenant = context_.access->TenantOf(*call);
+  if (!tenant) return Refused(reactor);
+  const Result<std::shared_ptr<Session>> session =
+      context_.registry->Find(*tenant, request->session_id());
+  if (!session.ok()) {
+    finish(session.error());
+    return reactor;
+  }
+  const Status posted = (*session)->Post([this, finish, tenant = *tenant, request,
+                                          response](const Result<const CommittedState*>& state) {
+    const Status begun = state.ok() ? BeginFork(**state, tenant, *request, *response, finish)
+                                    : Status(state.error());
+    if (!begun.ok()) finish(begun);
+  });
+  if (!posted.ok()) finish(posted);
+  return reactor;
+}
+
+// Calls `finish` when the fork is there, or returns why it will not be.
+Status SessionServiceImpl::BeginFork(const CommittedState& state, const std::string& tenant,
+                                     const v1::ForkRequest& request, v1::ForkResponse& response,
+                                     const std::function<void(const Status&)>& finish) {
+  if (!request.new_session_id().empty()) {
+    PLIANT_RETURN_IF_ERROR(CheckSessionId(request.new_session_id()));
+  }
+  PLIANT_ASSIGN_OR_RETURN(const Revision revision,
+                          RevisionOr(request.revision(), state.revision, "revision"));
+  PLIANT_ASSIGN_OR_RETURN(const std::string id,
+                          context_.registry->Reserve(tenant, request.new_session_id()));
+  const auto fork =
+      std::make_shared<Session>(EnvironmentOf(context_, tenant, id, state.session->durability()),
+                                id, state.session->info().labels);
+  const auto publish = [this, tenant, id, fork, &response, finish](const Status& status) {
+    if (!status.ok()) {
+      context_.registry->Remove(tenant, id);
+    } else {
+      context_.registry->Publish(tenant, fork);
+      context_.session.log->Info("fork", {{"session", id}});
+      *response.mutable_session() = ToSession(fork->info());
+    }
+    finish(status);
+  };
+  Result<SessionMemory> memory = state.session->Fork(revision);
+  if (!memory.ok()) {
+    context_.registry->Remove(tenant, id);
+    return memory.error();
+  }
+  fork->Start(std::move(memory).value(), publish);
+  return {};
 }
 
 }  // namespace pliant::server

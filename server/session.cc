@@ -9,12 +9,22 @@
 #include "server/limits.h"
 
 namespace pliant::server {
+std::unique_ptr<SessionJournal> Session::MakeJournal() {
+  if (environment_.journal == nullptr) return nullptr;
+  return std::make_unique<SessionJournal>(environment_.journal, environment_.durability, [this] {
+    return [weak = weak_from_this()] {
+      if (const std::shared_ptr<Session> self = weak.lock()) self->Wake();
+    };
+  });
+}
+
 Session::Session(Environment environment, std::string session_id,
                  std::map<std::string, std::string> labels)
     : environment_(std::move(environment)),
       session_id_(std::move(session_id)),
       calls_({.count_max = kCallsMax, .bytes_max = SIZE_MAX}),
       followers_(kSubscribersMax),
+      journal_(MakeJournal()),
       history_(environment_.history_bytes_max),
       results_(kUpdateResultsMax) {
   info_.session_id = session_id_;
@@ -25,10 +35,18 @@ Session::Session(Environment environment, std::string session_id,
 
 // --- Called by RPC threads ----------------------------------------------------------------------
 
-void Session::Start(EngineInput input, std::function<void(const Status&)> done) {
+void Session::Start(EngineInput input, std::function<void(const Status&)> done, Bytes form) {
   {
     const std::lock_guard lock(mutex_);
-    start_ = StartRequest{std::move(input), std::move(done)};
+    start_ = StartRequest{std::move(input), std::move(done), std::move(form)};
+  }
+  Wake();
+}
+
+void Session::Start(SessionMemory memory, std::function<void(const Status&)> done) {
+  {
+    const std::lock_guard lock(mutex_);
+    start_ = StartRequest{{}, std::move(done), {}, std::move(memory)};
   }
   Wake();
 }
@@ -79,6 +97,8 @@ bool Session::CloseIfIdle(Clock::Time before, Error error) {
       return false;
     }
     close_error_ = std::move(error);
+    // Nobody could ever ask for what is stored of it.
+    if (journal_ != nullptr) delete_done_ = [](const Status&) {};
   }
   Wake();
   return true;
@@ -145,12 +165,14 @@ std::shared_ptr<Editor> Session::CurrentEditor() const {
 
 Task::Outcome Session::RunSlice(Clock::Time slice_end) {
   // The edge of the session: what goes wrong inside must not leave it.
+  Outcome outcome = Outcome::kMore;
   try {
-    return RunUnguarded(slice_end);
+    outcome = RunUnguarded(slice_end);
   } catch (const std::exception& exception) {
     HandleBug(exception.what());
   }
-  return Outcome::kMore;
+  Submit();
+  return outcome;
 }
 
 Task::Outcome Session::RunUnguarded(Clock::Time slice_end) {
@@ -169,6 +191,7 @@ Task::Outcome Session::RunUnguarded(Clock::Time slice_end) {
       TearDown(*close_error);
       return Outcome::kIdle;
     }
+    if (!Settled()) return Outcome::kIdle;
     if (followers_wait_.exchange(false) && !ServeFollowers(slice_end)) {
       followers_wait_ = true;
       // An advance that runs gets its part of the next slice all the same.
@@ -177,6 +200,7 @@ Task::Outcome Session::RunUnguarded(Clock::Time slice_end) {
     if (advance_) {
       if (!ContinueAdvance(slice_end)) return Outcome::kMore;
     } else if (!HandleOneThing()) {
+      if (sleep_wanted_.exchange(false) && MaySleep()) Sleep();
       return Outcome::kIdle;
     }
     if (environment_.clock->Now() >= slice_end) return Outcome::kMore;
@@ -202,6 +226,8 @@ bool Session::HandleOneThing() {
     current_call_ = nullptr;
     return true;
   }
+  // Answers that wait for the disk go first; their arrival wakes the session.
+  if (drain_error && journal_ != nullptr && !journal_->is_clean()) return false;
   if (drain_error) followers_.CloseAll(*drain_error);
   if (editor == nullptr) return false;
   if (drain_error) {
@@ -212,7 +238,10 @@ bool Session::HandleOneThing() {
   std::optional<SessionCommand> command = editor->NextCommand();
   if (!command) return false;
   current_editor_ = editor;
-  if (const auto* open = std::get_if<OpenCommand>(&*command)) {
+  if (const Status there = Need(); !there.ok()) {
+    Detach(editor.get());
+    editor->Close(there.error());
+  } else if (const auto* open = std::get_if<OpenCommand>(&*command)) {
     HandleOpen(editor, *open);
   } else {
     HandleUpdate(editor, std::get<UpdateCommand>(*command));
@@ -234,15 +263,8 @@ bool Session::Build() {
   const Clock::Time begin = environment_.clock->Now();
   // A bug here must reach the creator, who waits for this answer and nothing else.
   try {
-    Result<StagedEngine> engine =
-        StagedEngine::Create(std::move(start.input), environment_.factory);
-    if (engine.ok()) {
-      engine_.emplace(std::move(engine).value());
-      active_count_ = engine_->engine().vertex_count();
-      status = CheckRoom(Usage());
-    } else {
-      status = engine.error();
-    }
+    status = start.memory ? BeginFrom(*std::move(start.memory))
+                          : BeginFrom(std::move(start.input), start.form);
   } catch (const std::exception& exception) {
     environment_.log->Error("bug", {{"session", session_id_}, {"what", exception.what()}});
     status = Error{ErrorCode::kInternal,
@@ -257,11 +279,19 @@ bool Session::Build() {
     torn_down_ = true;
   }
   PublishInfo();
-  start.done(status);
+  if (!status.ok()) {
+    start.done(status);
+  } else {
+    WhenDurable(std::move(start.done));
+  }
   return status.ok();
 }
 
 void Session::HandleCall(const SessionCall& call) {
+  if (const Status there = Need(); !there.ok()) {
+    call(there.error());
+    return;
+  }
   if (!engine_) {
     call(Error{ErrorCode::kSessionNotFound, "session " + session_id_ + " does not exist", {}});
     return;
@@ -271,7 +301,7 @@ void Session::HandleCall(const SessionCall& call) {
                              applied_update_id_,
                              active_count_,
                              engine_->staged_count(),
-                             info().summary.value_or(MeshSummary{}),
+                             summary_.value_or(MeshSummary{}),
                              this};
   if (revision_ == Revision::kNone) {
     call(Error{ErrorCode::kRevisionNotFound,
@@ -287,9 +317,9 @@ void Session::HandleOpen(const std::shared_ptr<Editor>& editor, const OpenComman
   opened.body = OpenedEvent{.last_update_id = results_.last_update_id(),
                             .active_count = active_count_,
                             .staged_count = engine_->staged_count()};
-  editor->Send(std::move(opened));
+  Tell(editor, std::move(opened));
   if (mirror_ == Mirror::kFull) SendMissed(editor, open.mirror_revision);
-  editor->CommandDone();
+  WhenDurable([editor](const Status&) { editor->CommandDone(); });
 }
 
 // What takes a mirror to the current revision: one diff, or a snapshot if the history is too short.
@@ -304,10 +334,13 @@ void Session::SendMissed(const std::shared_ptr<Editor>& editor, Revision mirror_
     event.body = SnapshotEvent{std::make_shared<const MeshDiff>(engine_->engine().Snapshot()),
                                applied_update_id_};
   }
-  editor->Send(std::move(event));
+  Tell(editor, std::move(event));
 }
 
 bool Session::ServeFollowers(Clock::Time slice_end) {
+  if (asleep_ && followers_.AnyWaits(revision_)) {
+    if (const Status there = Need(); !there.ok()) followers_.CloseAll(there.error());
+  }
   if (!engine_) return true;
   const Followers::Source source{
       .revision = revision_,
@@ -334,58 +367,63 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
                              std::to_string(kUpdateResultsMax) + " updates",
                          "update_id"}};
     }
-    editor->Send(*std::move(answer));
-    editor->CommandDone();
+    Tell(editor, *std::move(answer));
+    WhenDurable([editor](const Status&) { editor->CommandDone(); });
     return;
   }
   current_update_id_ = id;
   if (const auto* bad = std::get_if<BadUpdate>(&command.body)) {
     engine_->Taint();
-    Reject(editor, id, bad->error);
+    Reject(editor, id, bad->error, StageEffect::kTainted);
   } else if (const auto* advance = std::get_if<BadAdvance>(&command.body)) {
-    Reject(editor, id, advance->error);
+    Reject(editor, id, advance->error, StageEffect::kNone);
   } else if (const auto* rollback = std::get_if<RollbackUpdate>(&command.body)) {
     HandleRollback(editor, id, rollback->to_revision);
   } else if (const auto* spec = std::get_if<AdvanceSpec>(&command.body)) {
     BeginAdvance(editor, id, *spec);
   } else {
-    const auto* metric = std::get_if<MetricUpdate>(&command.body);
-    const auto* motion = std::get_if<MotionUpdate>(&command.body);
-    const auto* fields = std::get_if<FieldsUpdate>(&command.body);
-    const auto* options = std::get_if<OptionsUpdate>(&command.body);
-    const auto* constraints = std::get_if<ConstraintsUpdate>(&command.body);
-    const Status status = metric != nullptr        ? engine_->Stage(*metric)
-                          : motion != nullptr      ? engine_->StageMotion(*motion)
-                          : fields != nullptr      ? engine_->Stage(*fields)
-                          : options != nullptr     ? engine_->Stage(*options)
-                          : constraints != nullptr ? engine_->Stage(*constraints)
-                                                   : engine_->Discard();
+    const Status status = engine_->StageCommand(command);
     if (!status.ok()) {
-      Reject(editor, id, status.error());
+      Reject(editor, id, status.error(), StageEffect::kTainted);
       return;
     }
     SessionEvent accepted = MakeEvent(id);
     accepted.body = AcceptedEvent{.staged_count = engine_->staged_count()};
-    Answer(editor, std::move(accepted));
+    const bool is_discard = std::holds_alternative<DiscardUpdate>(command.body);
+    Answer(editor, std::move(accepted), is_discard ? StageEffect::kEmptied : StageEffect::kStaged,
+           is_discard ? Bytes{} : command.form);
   }
 }
 
 void Session::Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
-                     const Error& error) {
+                     const Error& error, StageEffect effect) {
   environment_.log->Debug("reject", {{"session", session_id_},
                                      {"update", std::to_string(update_id)},
                                      {"reason", std::string(ErrorCodeName(error.code))}});
   SessionEvent rejected = MakeEvent(update_id);
   rejected.body = RejectedEvent{error};
-  Answer(editor, std::move(rejected));
+  Answer(editor, std::move(rejected), effect);
 }
 
-void Session::Answer(const std::shared_ptr<Editor>& editor, SessionEvent event) {
+void Session::Answer(const std::shared_ptr<Editor>& editor, SessionEvent event, StageEffect effect,
+                     const Bytes& form) {
   results_.Add(event);
+  RecordAnswer(&event, effect, form);
   // Before the answer: who has it and asks for the session must not see the state before it.
   PublishInfo();
-  editor->Send(std::move(event));
-  editor->CommandDone();
+  Tell(editor, std::move(event));
+  WhenDurable([editor](const Status&) { editor->CommandDone(); });
+}
+
+// Sends an event once all that it tells is durable; never if that fails, for then the stream ends.
+void Session::Tell(const std::shared_ptr<Editor>& editor, SessionEvent event) {
+  if (journal_ == nullptr) {
+    editor->Send(std::move(event));
+    return;
+  }
+  journal_->Hold([editor, event = std::move(event)](const Status& status) {
+    if (status.ok()) editor->Send(event);
+  });
 }
 
 SessionEvent Session::MakeEvent(std::int64_t update_id) const {
@@ -393,11 +431,19 @@ SessionEvent Session::MakeEvent(std::int64_t update_id) const {
 }
 
 void Session::PublishInfo() {
+  PublishRest();
+  // What is not durable yet is told when it is.
+  if (journal_ != nullptr && journal_->waits()) return;
   const std::lock_guard lock(mutex_);
+  info_.running = advance_.has_value();
+  info_.asleep = asleep_;
+  if (asleep_) return;
   info_.revision = revision_;
   info_.active_count = active_count_;
   info_.last_update_id = results_.last_update_id();
-  info_.running = advance_.has_value();
+  info_.summary = summary_;
+  info_.commit_time = commit_time_;
+  info_.saved_revisions = undo_.saved();
 }
 
 }  // namespace pliant::server

@@ -15,7 +15,11 @@
 #include "server/inbox.h"
 #include "server/limits.h"
 #include "server/log.h"
+#include "server/memory_budget.h"
+#include "server/record.h"
+#include "server/saved_state.h"
 #include "server/scheduler.h"
+#include "server/session_journal.h"
 #include "server/session_messages.h"
 #include "server/staged_engine.h"
 #include "server/tenant_account.h"
@@ -74,6 +78,14 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     Scheduler* scheduler = nullptr;
     const Log* log = nullptr;
     EngineFactory factory;
+    /// What brings back a session that is stored.
+    EngineLoader loader = {};
+    const SessionCodec* codec = nullptr;
+    /// Where the session is kept; null: in memory only.
+    std::shared_ptr<Journal> journal = {};
+    Durability durability = Durability::kStrict;
+    /// Is told how much memory the session holds; null: nobody asks.
+    MemoryBudget* budget = nullptr;
     /// Called from a worker when a bug has ended the session: nobody should find it any more.
     std::function<void(const std::string& session_id)> on_broken;
     /// Visits between two looks at the clock.
@@ -85,9 +97,15 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
 
   Session(Environment environment, std::string session_id,
           std::map<std::string, std::string> labels);
+  /// One that is stored: it is loaded when somebody needs it.
+  Session(Environment environment, SessionInfo stored);
 
   /// Builds the engine on a worker, then calls `done` there. Once, first of all.
-  void Start(EngineInput input, std::function<void(const Status&)> done);
+  /// @param form  the input as it came, for the journal; SessionCodec reads it
+  void Start(EngineInput input, std::function<void(const Status&)> done, Bytes form = {});
+
+  /// The same for one that goes on where another one was.
+  void Start(SessionMemory memory, std::function<void(const Status&)> done);
 
   /// Makes this the session's editor. Error: kSessionBusy while there is another one.
   Status Attach(std::shared_ptr<Editor> editor);
@@ -105,6 +123,14 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   Status Post(SessionCall call);
   /// Ends the session: its editor and waiting calls get the error, its memory is freed.
   void Close(Error error);
+  /// Ends the session and forgets what is stored of it; `done` when that is durable. Errors:
+  /// kSessionNotFound while it is being deleted; those of Store: then it is stored still.
+  void Delete(Error error, std::function<void(const Status&)> done);
+  /// A session that has a journal and nothing to do leaves memory until the next call.
+  void RequestSleep();
+  /// True if updates have to come with their form.
+  [[nodiscard]] bool is_stored() const { return journal_ != nullptr; }
+  [[nodiscard]] Durability durability() const { return environment_.durability; }
   /// The server shuts down: a running advance commits what it has, then the editor is closed.
   void Drain(Error error);
   /// Ends the session as Close does, if nobody has used it since `before`: it has neither editor
@@ -113,6 +139,13 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   /// There is something to do.
   void Wake() { environment_.scheduler->Wake(shared_from_this()); }
   [[nodiscard]] SessionInfo info() const;
+  /// What decides whether the session should sleep.
+  struct Rest {
+    Clock::Time last_used = {};
+    std::int64_t bytes = 0;  ///< In memory, roughly.
+    bool may_sleep = false;  ///< It is stored, in memory, and has nothing to do.
+  };
+  [[nodiscard]] Rest rest() const;
   [[nodiscard]] const std::string& session_id() const { return session_id_; }
 
   // Run by workers, from within a call.
@@ -129,9 +162,11 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   Status SaveRevision(Revision revision);
   /// Errors: kRevisionNotFound.
   Status Release(const std::vector<std::int64_t>& revisions);
-  /// Makes another session, which has not begun, go on from a revision of this one.
+  /// What another session starts from, to go on from a revision of this one.
   /// Errors: kProtocolOrder, kRevisionNotFound.
-  Status ForkInto(Session& other, Revision revision) const;
+  [[nodiscard]] Result<SessionMemory> Fork(Revision revision) const;
+  /// Does something when all that the session did so far is durable, as far as it promises that.
+  void WhenDurable(std::function<void(const Status&)> action);
 
   /// Never throws: a bug of the engine ends in HandleBug.
   Outcome RunSlice(Clock::Time slice_end) override;
@@ -140,6 +175,8 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   struct StartRequest {
     EngineInput input;
     std::function<void(const Status&)> done;
+    Bytes form;
+    std::optional<SessionMemory> memory = {};  // Instead of the input.
   };
   // An advance that is not finished.
   struct RunningAdvance {
@@ -157,6 +194,25 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   };
 
   Outcome RunUnguarded(Clock::Time slice_end);
+  // In session_store.cc.
+  bool Settled();
+  void Submit();
+  Status Load();
+  Status Need();
+  void Sleep();
+  void Adopt(SessionMemory memory);
+  Status BeginFrom(EngineInput input, const Bytes& form);
+  Status BeginFrom(SessionMemory memory);
+  void LoseMemory(const Error& error);
+  [[nodiscard]] bool MaySleep() const;
+  void PublishRest();
+  [[nodiscard]] Bytes Head() const;
+  [[nodiscard]] std::optional<Revision> DurableRevision() const;
+  std::unique_ptr<SessionJournal> MakeJournal();
+  void RecordAnswer(const SessionEvent* answer, StageEffect effect, const Bytes& form = {});
+  void RecordCommit(const MeshDiff& diff, const RevisionDelta* delta, std::int64_t update_id);
+  void RecordSaved();
+  void DeleteStored();
   bool Build();
   bool HandleOneThing();
   void HandleCall(const SessionCall& call);
@@ -178,8 +234,11 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   [[nodiscard]] SessionEvent RolledBackEvent(std::int64_t update_id, Revision base) const;
   void FinishAdvance(AdvanceEnd end);
   void FailAdvance(const Error& error);
-  void Answer(const std::shared_ptr<Editor>& editor, SessionEvent event);
-  void Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_id, const Error& error);
+  void Answer(const std::shared_ptr<Editor>& editor, SessionEvent event, StageEffect effect,
+              const Bytes& form = {});
+  void Tell(const std::shared_ptr<Editor>& editor, SessionEvent event);
+  void Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_id, const Error& error,
+              StageEffect effect);
   [[nodiscard]] SessionEvent MakeEvent(std::int64_t update_id) const;
   void HandleBug(const std::string& what);
   bool Recover();
@@ -197,19 +256,29 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   const std::string session_id_;
 
   mutable std::mutex mutex_;
-  std::optional<StartRequest> start_;       // Guarded by mutex_.
-  std::shared_ptr<Editor> editor_;          // Guarded by mutex_.
-  Inbox<SessionCall> calls_;                // Guarded by mutex_.
-  std::optional<Error> close_error_;        // Guarded by mutex_.
-  std::optional<Error> drain_error_;        // Guarded by mutex_.
-  std::int64_t cancel_update_id_ = 0;       // Guarded by mutex_.
-  std::int64_t running_update_id_ = 0;      // Guarded by mutex_.
-  SessionInfo info_;                        // Guarded by mutex_.
-  Clock::Time last_used_{};                 // Guarded by mutex_.
-  std::atomic<bool> stop_advance_ = false;  // Written under mutex_; the engine polls it.
+  std::optional<StartRequest> start_;               // Guarded by mutex_.
+  std::shared_ptr<Editor> editor_;                  // Guarded by mutex_.
+  Inbox<SessionCall> calls_;                        // Guarded by mutex_.
+  std::optional<Error> close_error_;                // Guarded by mutex_.
+  std::optional<Error> drain_error_;                // Guarded by mutex_.
+  std::function<void(const Status&)> delete_done_;  // Guarded by mutex_.
+  std::int64_t cancel_update_id_ = 0;               // Guarded by mutex_.
+  std::int64_t running_update_id_ = 0;              // Guarded by mutex_.
+  SessionInfo info_;                                // Guarded by mutex_.
+  Clock::Time last_used_{};                         // Guarded by mutex_.
+  Rest rest_;                                       // Guarded by mutex_.
+  std::atomic<bool> stop_advance_ = false;          // Written under mutex_; the engine polls it.
 
   Followers followers_;
   std::atomic<bool> followers_wait_ = false;  // Somebody may have to be served.
+
+  const std::unique_ptr<SessionJournal> journal_;  // Null: in memory only.
+  std::atomic<bool> sleep_wanted_ = false;
+  bool asleep_ = false;       // What follows is in the journal alone, but for the numbers.
+  bool memory_lost_ = false;  // It is not what the journal says, and will be loaded again.
+  std::shared_ptr<const MetricSpec> recorded_spec_;  // What the journal's last commit follows.
+  std::optional<MeshSummary> summary_;
+  std::optional<Clock::WallTime> commit_time_;
 
   std::optional<StagedEngine> engine_;
   DiffHistory history_;

@@ -23,11 +23,12 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
                                "an update since the last advance was refused, so nothing was "
                                "committed and the stage is empty now: send the step again",
                                {}}
-                       : status.error());
+                       : status.error(),
+           StageEffect::kEmptied);
     return;
   }
   if (const Status status = CheckCompute(); !status.ok()) {
-    Reject(editor, update_id, status.error());
+    Reject(editor, update_id, status.error(), StageEffect::kNone);
     return;
   }
   const Clock::Time now = environment_.clock->Now();
@@ -81,7 +82,7 @@ bool Session::ContinueAdvance(Clock::Time slice_end) {
     }
     TellProgress(now);
     CommitOnTheWay(now);
-    if (now >= slice_end) return false;
+    if (now >= slice_end || (journal_ != nullptr && journal_->waits())) return false;
   }
 }
 
@@ -103,7 +104,7 @@ void Session::TellProgress(Clock::Time now) {
       .elapsed = std::chrono::duration_cast<std::chrono::milliseconds>(now - advance.begin)};
   progress.progress.counts.visits = VisitsOf(advance);
   event.body = progress;
-  advance.editor->Send(std::move(event));
+  Tell(advance.editor, std::move(event));
 }
 
 // Commits an unfinished mesh if that was asked for and somebody can take it: a reader who does not
@@ -121,19 +122,26 @@ void Session::CommitOnTheWay(Clock::Time now) {
   if (mirror_ != Mirror::kFull) return;
   SessionEvent event = MakeEvent(advance.update_id);
   event.body = DiffEvent{.diff = diff, .applied_update_id = applied_update_id_};
-  advance.editor->Send(std::move(event));
+  Tell(advance.editor, std::move(event));
 }
 
 // The mesh as it is becomes a revision, for everybody who asks or listens.
 std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
   auto diff = std::make_shared<const MeshDiff>(engine_->Commit());
-  if (std::optional<UndoStep> undo = engine_->TakeUndo()) {
-    undo->active_count = active_count_;
+  std::optional<UndoStep> undo = engine_->TakeUndo();
+  const std::int64_t undo_active_count =
+      std::exchange(active_count_, advance.progress.active_count);
+  if (journal_ != nullptr) {
+    std::optional<RevisionDelta> forth;
+    if (undo) forth = engine_->engine().InverseOf(undo->delta);
+    RecordCommit(*diff, forth ? &*forth : nullptr, advance.update_id);
+  }
+  if (undo) {
+    undo->active_count = undo_active_count;
     undo_.Add(*std::move(undo));
   } else {
     undo_.Clear();
   }
-  active_count_ = advance.progress.active_count;
   Publish(diff, advance.update_id);
   return diff;
 }
@@ -150,12 +158,9 @@ void Session::Publish(const std::shared_ptr<const MeshDiff>& diff, std::int64_t 
   followers_wait_ = true;
   revision_ = diff->revision;
   applied_update_id_ = update_id;
-  const std::lock_guard lock(mutex_);
-  info_.revision = revision_;
-  info_.active_count = active_count_;
-  info_.summary = diff->summary;
-  info_.commit_time = environment_.clock->WallNow();
-  info_.saved_revisions = undo_.saved();
+  summary_ = diff->summary;
+  if (journal_ == nullptr) commit_time_ = environment_.clock->WallNow();
+  PublishInfo();
 }
 
 void Session::FinishAdvance(AdvanceEnd end) {
@@ -185,6 +190,7 @@ void Session::FinishAdvance(AdvanceEnd end) {
       .troubles = std::move(troubles),
       .end = end,
       .motion_fraction = advance.motion_fraction,
+      .durable_revision = DurableRevision(),
       .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute +
                                                                        (now - commit_begin)),
       .elapsed = std::chrono::duration_cast<std::chrono::microseconds>(now - advance.begin)};
@@ -197,9 +203,9 @@ void Session::FinishAdvance(AdvanceEnd end) {
   if (mirror_ == Mirror::kFull) {
     SessionEvent event = MakeEvent(advance.update_id);
     event.body = DiffEvent{.diff = diff, .applied_update_id = applied_update_id_};
-    advance.editor->Send(std::move(event));
+    Tell(advance.editor, std::move(event));
   }
-  Answer(advance.editor, std::move(advanced));
+  Answer(advance.editor, std::move(advanced), StageEffect::kNone);
   current_editor_ = nullptr;
   current_update_id_ = 0;
   PublishInfo();
@@ -215,7 +221,7 @@ void Session::FailAdvance(const Error& error) {
   }
   const Status status = engine_->Discard();
   PLIANT_CHECK(status.ok(), "discard", status.ok() ? "" : status.error().message);
-  Reject(advance.editor, advance.update_id, error);
+  Reject(advance.editor, advance.update_id, error, StageEffect::kEmptied);
   PublishInfo();
 }
 

@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/base/bytes.h"
 #include "core/base/ids.h"
 #include "core/base/result.h"
 #include "core/mesh/mesh_diff.h"
@@ -21,9 +22,17 @@
 /// the wire (convert.h and convert_reply.h do).
 namespace pliant::server {
 
+/// When a revision counts as safe. Numbers are part of the store's format.
+enum class Durability : std::uint8_t {
+  kNone = 1,     ///< Never: the session is in memory only.
+  kRelaxed = 2,  ///< Soon after it is told.
+  kStrict = 3,   ///< Before it is told.
+};
+
 /// A new session, its arrays checked one by one; the engine checks how they fit together.
 struct SessionInput {
-  std::string session_id = {};  ///< May be empty.
+  std::string session_id = {};                ///< May be empty.
+  std::optional<Durability> durability = {};  ///< Absent: the server's default.
   EngineInput engine = {};
   std::map<std::string, std::string> labels = {};
 };
@@ -139,6 +148,8 @@ struct UpdateCommand {
   std::variant<BadUpdate, BadAdvance, MetricUpdate, MotionUpdate, FieldsUpdate, OptionsUpdate,
                ConstraintsUpdate, DiscardUpdate, RollbackUpdate, AdvanceSpec>
       body = {};
+  /// As it came, for a session that keeps a journal: what SessionCodec reads.
+  Bytes form = {};
 };
 
 using SessionCommand = std::variant<OpenCommand, UpdateCommand>;
@@ -182,7 +193,8 @@ struct AdvancedEvent {
   Progress progress = {};
   std::vector<Trouble> troubles = {};  // Of a mesh that has come to rest.
   AdvanceEnd end = AdvanceEnd::kEngine;
-  std::optional<double> motion_fraction = {};  ///< Absent if nothing was to move.
+  std::optional<double> motion_fraction = {};     ///< Absent if nothing was to move.
+  std::optional<Revision> durable_revision = {};  ///< Greatest one; absent without a journal.
   std::chrono::microseconds compute{0};
   std::chrono::microseconds elapsed{0};
 };
@@ -212,6 +224,7 @@ struct SessionInfo {
   std::int64_t active_count = 0;
   std::int64_t last_update_id = 0;
   bool running = false;
+  bool asleep = false;            ///< Not in memory; wakes on the next call.
   std::vector<std::int64_t> saved_revisions = {};
   std::int64_t memory_bytes = 0;  ///< Roughly; 0 while it is built.
   std::chrono::system_clock::time_point create_time = {};

@@ -31,20 +31,28 @@ void Session::HandleBug(const std::string& what) {
     stop_advance_ = false;
   }
   const bool recovered = Recover();
+  // Whatever was staged is gone, also where the bug was in no numbered update.
+  if (update_id == 0) RecordAnswer(nullptr, StageEffect::kEmptied);
   const Error error{
       ErrorCode::kInternal,
       "a bug of the server was met; the session " +
-          (recovered ? "is back at revision " + std::to_string(static_cast<std::int64_t>(revision_))
-                     : std::string("has ended")) +
+          (recovered || journal_ != nullptr
+               ? "is back at revision " + std::to_string(static_cast<std::int64_t>(revision_))
+               : std::string("has ended")) +
           "; please report it with reference " + reference,
       reference};
   if (call) call(error);
   if (editor != nullptr && update_id > results_.last_update_id()) {
-    Reject(editor, update_id, error);
+    Reject(editor, update_id, error, StageEffect::kEmptied);
   } else if (editor != nullptr && update_id == 0) {
     // It was opening: it has no answer to wait for, so it is told by the end of its stream.
     Detach(editor.get());
     editor->Close(error);
+  }
+  if (!recovered && journal_ != nullptr) {
+    // What is stored is whole: the session goes on from there, as after a crash.
+    memory_lost_ = true;
+    return;
   }
   if (!recovered) {
     environment_.on_broken(session_id_);
@@ -68,11 +76,14 @@ bool Session::Recover() {
 
 void Session::TearDown(const Error& error) {
   torn_down_ = true;
+  if (journal_ != nullptr) journal_->Drop(error);
+  DeleteStored();
   advance_.reset();
   engine_.reset();
   history_ = DiffHistory(0);
   undo_.Clear();
   ReportUsage();
+  PublishRest();
   std::shared_ptr<Editor> editor;
   std::optional<StartRequest> start;
   {

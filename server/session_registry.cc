@@ -50,6 +50,15 @@ Result<std::string> SessionRegistry::Reserve(const std::string& tenant,
   return id;
 }
 
+void SessionRegistry::Restore(const std::string& tenant, std::shared_ptr<Session> session) {
+  {
+    const std::lock_guard lock(mutex_);
+    ++counts_[tenant];
+    entries_[{tenant, session->session_id()}].number = ++last_number_;
+  }
+  Publish(tenant, std::move(session));
+}
+
 void SessionRegistry::Publish(const std::string& tenant, std::shared_ptr<Session> session) {
   const std::lock_guard lock(mutex_);
   const auto found = entries_.find({tenant, session->session_id()});

@@ -36,6 +36,8 @@ class SessionRegistry {
   /// Gives a reserved id its session. @pre Reserve gave the id, and neither Publish nor Remove
   /// came.
   void Publish(const std::string& tenant, std::shared_ptr<Session> session);
+  /// Takes in a session that was stored, whatever the bounds say. @pre its id is not taken
+  void Restore(const std::string& tenant, std::shared_ptr<Session> session);
   /// Frees an id; the session that had it, null if it was only reserved or unknown.
   std::shared_ptr<Session> Remove(const std::string& tenant, const std::string& session_id);
 

@@ -17,6 +17,7 @@ Result<std::shared_ptr<const MeshDiff>> Session::GoBack(Revision to_revision,
   back.active_count = std::exchange(active_count_, way.active_count);
   undo_.Add(std::move(back));
   auto diff = std::make_shared<const MeshDiff>(std::move(gone.first));
+  RecordCommit(*diff, &way.delta, update_id);
   Publish(diff, update_id);
   return diff;
 }
@@ -27,8 +28,9 @@ SessionEvent Session::RolledBackEvent(std::int64_t update_id, Revision base) con
   progress.active_count = active_count_;
   progress.stop_reason = active_count_ == 0 ? StopReason::kConverged : StopReason::kVisitBudget;
   event.body = AdvancedEvent{.base_revision = base,
-                             .summary = info().summary.value_or(MeshSummary{}),
-                             .progress = progress};
+                             .summary = summary_.value_or(MeshSummary{}),
+                             .progress = progress,
+                             .durable_revision = DurableRevision()};
   return event;
 }
 
@@ -37,15 +39,15 @@ void Session::HandleRollback(const std::shared_ptr<Editor>& editor, std::int64_t
   const Revision base = revision_;
   const auto diff = GoBack(to_revision, update_id);
   if (!diff.ok()) {
-    Reject(editor, update_id, diff.error());
+    Reject(editor, update_id, diff.error(), StageEffect::kNone);
     return;
   }
   if (mirror_ == Mirror::kFull) {
     SessionEvent event = MakeEvent(update_id);
     event.body = DiffEvent{.diff = *diff, .applied_update_id = update_id};
-    editor->Send(std::move(event));
+    Tell(editor, std::move(event));
   }
-  Answer(editor, RolledBackEvent(update_id, base));
+  Answer(editor, RolledBackEvent(update_id, base), StageEffect::kNone);
 }
 
 Result<Session::RolledBack> Session::RollbackTo(Revision to_revision, std::int64_t update_id) {
@@ -64,49 +66,44 @@ Result<Session::RolledBack> Session::RollbackTo(Revision to_revision, std::int64
                           GoBack(to_revision, update_id));
   const SessionEvent advanced = RolledBackEvent(update_id, base);
   results_.Add(advanced);
+  RecordAnswer(&advanced, StageEffect::kNone);
   PublishInfo();
   if (const std::shared_ptr<Editor> editor = CurrentEditor();
       editor != nullptr && mirror_ == Mirror::kFull) {
     SessionEvent event = MakeEvent(0);
     event.body = DiffEvent{.diff = diff, .applied_update_id = update_id};
-    editor->Send(std::move(event));
+    Tell(editor, std::move(event));
   }
   return RolledBack{revision_, diff->summary.state_hash};
 }
 
 Status Session::SaveRevision(Revision revision) {
   PLIANT_RETURN_IF_ERROR(undo_.Save(revision, revision_));
-  const std::lock_guard lock(mutex_);
-  info_.saved_revisions = undo_.saved();
+  RecordSaved();
+  PublishInfo();
   return {};
 }
 
 Status Session::Release(const std::vector<std::int64_t>& revisions) {
   PLIANT_RETURN_IF_ERROR(undo_.Release(revisions));
-  const std::lock_guard lock(mutex_);
-  info_.saved_revisions = undo_.saved();
+  RecordSaved();
+  PublishInfo();
   return {};
 }
 
-Status Session::ForkInto(Session& other, Revision revision) const {
+Result<SessionMemory> Session::Fork(Revision revision) const {
   std::optional<UndoStep> way;
   if (revision != revision_) {
     PLIANT_ASSIGN_OR_RETURN(way, undo_.WayTo(revision, revision_));
   }
   PLIANT_ASSIGN_OR_RETURN(StagedEngine copy, engine_->Fork(way ? &*way : nullptr));
-  const SessionUsage usage{.vertices = copy.engine().vertex_count(),
-                           .bytes = copy.engine().vertex_count() * kBytesPerVertex};
-  PLIANT_RETURN_IF_ERROR(other.CheckRoom(usage));
-  other.engine_.emplace(std::move(copy));
-  other.ReportUsage();
-  other.revision_ = revision;
-  other.active_count_ = way ? way->active_count : active_count_;
-  const std::lock_guard lock(other.mutex_);
-  other.info_.revision = revision;
-  other.info_.active_count = other.active_count_;
-  other.info_.summary = other.engine_->engine().Snapshot().summary;
-  other.info_.commit_time = environment_.clock->WallNow();
-  return {};
+  SessionMemory memory(environment_.history_bytes_max);
+  memory.engine.emplace(std::move(copy));
+  memory.revision = revision;
+  memory.active_count = way ? way->active_count : active_count_;
+  memory.summary = memory.engine->engine().Snapshot().summary;
+  memory.commit_time = environment_.clock->WallNow();
+  return memory;
 }
 
 }  // namespace pliant::server

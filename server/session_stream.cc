@@ -8,6 +8,7 @@
 #include "server/convert_reply.h"
 #include "server/error_status.h"
 #include "server/limits.h"
+#include "server/stored_form.h"
 
 namespace pliant::server {
 namespace {
@@ -194,7 +195,9 @@ Result<std::optional<SessionCommand>> EditStream::Handle(v1::EditRequest& reques
     return std::optional<SessionCommand>(
         UpdateCommand{.update_id = request.update_id(), .body = BadUpdate{status.error()}});
   }
-  return std::optional<SessionCommand>(ConvertUpdate(request, environment_.limits));
+  UpdateCommand command = ConvertUpdate(request, environment_.limits);
+  if (session->is_stored() && !request.has_advance()) command.form = FormOf(request);
+  return std::optional<SessionCommand>(std::move(command));
 }
 
 Result<SessionCommand> EditStream::HandleOpen(const v1::EditRequest& request) {

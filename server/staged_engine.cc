@@ -111,6 +111,28 @@ Result<StagedEngine> StagedEngine::Fork(const UndoStep* way) const {
   return Adopt(std::move(copy), way != nullptr ? way->spec : committed_spec_, factory_);
 }
 
+Result<Bytes> StagedEngine::Save() const {
+  PLIANT_RETURN_IF_ERROR(CheckCommitted());
+  return engine_->Save();
+}
+
+Status StagedEngine::StageCommand(const UpdateCommand& command) {
+  return std::visit(
+      [this](const auto& body) -> Status {
+        using Body = std::decay_t<decltype(body)>;
+        if constexpr (std::is_same_v<Body, DiscardUpdate>) {
+          return Discard();
+        } else if constexpr (std::is_same_v<Body, MotionUpdate>) {
+          return StageMotion(body);
+        } else if constexpr (requires { Stage(body); }) {
+          return Stage(body);
+        } else {
+          return Error{ErrorCode::kProtocolOrder, "this is no update that can be staged", {}};
+        }
+      },
+      command.body);
+}
+
 Status StagedEngine::Stage(const MetricUpdate& update) {
   const VertexTensors* tensors = std::get_if<VertexTensors>(&update.source);
   const SolutionRequest* solution = std::get_if<SolutionRequest>(&update.source);

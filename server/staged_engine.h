@@ -58,6 +58,13 @@ class StagedEngine {
   /// Errors: kProtocolOrder as GoTo; those of Engine::Fork.
   [[nodiscard]] Result<StagedEngine> Fork(const UndoStep* way) const;
 
+  /// Stages whatever a command holds that can be staged; as the functions above. A discard empties
+  /// the stage. Errors: theirs; kProtocolOrder for a command that is none of them.
+  Status StageCommand(const UpdateCommand& command);
+
+  /// The last commit, for an EngineLoader. Errors: those of Engine::Save; kProtocolOrder as GoTo.
+  [[nodiscard]] Result<Bytes> Save() const;
+
   /// Records that an update that belongs to this stage was refused.
   void Taint() { tainted_ = true; }
   /// True if an update was refused since the last commit or discard: a commit would be half of
@@ -77,6 +84,14 @@ class StagedEngine {
   /// As Engine::Commit. @pre !tainted()
   MeshDiff Commit();
 
+  /// What the engine follows, with what is staged and without; null where that is no
+  /// specification.
+  [[nodiscard]] const std::shared_ptr<const MetricSpec>& spec() const { return spec_; }
+  [[nodiscard]] const std::shared_ptr<const MetricSpec>& committed_spec() const {
+    return committed_spec_;
+  }
+  /// True if there is something that only this object's memory holds.
+  [[nodiscard]] bool stepped() const { return stepped_; }
   [[nodiscard]] const Engine& engine() const { return *engine_; }
   [[nodiscard]] Revision revision() const { return engine_->revision(); }
 

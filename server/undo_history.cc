@@ -58,6 +58,21 @@ bool UndoHistory::MergeOnePair() {
   return false;
 }
 
+bool UndoHistory::Restore(std::deque<UndoStep> steps, const std::vector<std::int64_t>& saved,
+                          Revision newest) {
+  Clear();
+  for (std::size_t i = 0; i < steps.size(); ++i) {
+    const Revision next = i + 1 < steps.size() ? steps[i + 1].delta.revision : newest;
+    if (steps[i].delta.base != next) return false;
+    bytes_ += steps[i].delta.bytes();
+  }
+  steps_ = std::move(steps);
+  for (const std::int64_t revision : saved) {
+    if (!Save(Revision(revision), newest).ok()) return false;
+  }
+  return true;
+}
+
 Revision UndoHistory::Oldest(Revision newest) const {
   return steps_.empty() ? newest : steps_.front().delta.revision;
 }

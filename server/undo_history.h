@@ -61,6 +61,13 @@ class UndoHistory {
   [[nodiscard]] std::vector<std::int64_t> saved() const;
   [[nodiscard]] std::size_t bytes() const { return bytes_; }
 
+  /// Oldest first; each leads to a smaller number.
+  [[nodiscard]] const std::deque<UndoStep>& steps() const { return steps_; }
+  /// Takes over steps and saved revisions that were written before. False if they cannot be: the
+  /// chain has a gap, or a saved revision is out of reach.
+  [[nodiscard]] bool Restore(std::deque<UndoStep> steps, const std::vector<std::int64_t>& saved,
+                             Revision newest);
+
  private:
   [[nodiscard]] bool Reaches(Revision revision, Revision newest) const;
   void Shrink();

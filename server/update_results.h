@@ -26,6 +26,9 @@ class UpdateResults {
   /// @pre event.update_id > last_update_id()
   void Add(const SessionEvent& event);
 
+  /// All of them, by id.
+  [[nodiscard]] const std::deque<SessionEvent>& events() const { return events_; }
+
   /// The answer to an update; nothing if it is forgotten or never was.
   [[nodiscard]] std::optional<SessionEvent> Find(std::int64_t update_id) const;
 

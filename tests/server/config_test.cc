@@ -78,9 +78,13 @@ TEST(Config, RefusesNumbersOutOfRangeAndUnknownFlags) {
     EXPECT_TRUE(Parse({("--" + key).c_str(), "0"}).ok()) << key;
     EXPECT_EQ(Parse({("--" + key).c_str(), "-1"}).error().field, key);
   }
+  EXPECT_EQ(Parse({"--sleep-after-s", "-1"}).error().field, "sleep-after-s");
+  EXPECT_EQ(Parse({"--memory-limit-mib", "-1"}).error().field, "memory-limit-mib");
+  EXPECT_EQ(Parsed({"--memory-limit-mib", "512"}).memory_limit_mib, 512);
   EXPECT_FALSE(Parse({"--no-such-flag"}).ok());
   EXPECT_FALSE(Parse({"--log-level", "loud"}).ok());
-  EXPECT_FALSE(Parse({"--data", "/var/lib"}).ok()) << "there is no store yet";
+  EXPECT_EQ(Parsed({"--data", "here"}).data, "here");
+  EXPECT_EQ(Parsed({"--data", "none"}).data, "") << "in memory only";
 }
 
 TEST(Config, ExplainsEveryFlag) {

@@ -69,6 +69,9 @@ TEST(ConvertOptions, AnUpdateKeepsToTheServersLimitAndLeavesRestrictionsToConstr
   wire.Clear();
   wire.add_restrictions(v1::RESTRICTION_NO_SWAP);
   EXPECT_EQ(ConvertOptionsUpdate(wire, kLimits).error().field, "options.restrictions");
+  wire.Clear();
+  wire.set_durability(v1::DURABILITY_NONE);
+  EXPECT_EQ(ConvertOptionsUpdate(wire, kLimits).error().field, "options.durability");
 }
 
 TEST(ConvertConstraints, ReadsEveryKind) {

@@ -56,6 +56,7 @@ TEST(ConvertCreate, ReadsADomainAMetricAndOptions) {
   EXPECT_EQ(input->engine.metric.gradation.gradation, 1.5);
   EXPECT_EQ(input->engine.metric.gradation.rotation, 0.7);
   EXPECT_EQ(input->engine.metric.gradation.geometry, 1);
+  EXPECT_EQ(input->durability, Durability::kNone);
   EXPECT_EQ(input->engine.options.seed, std::numeric_limits<std::uint64_t>::max());
   EXPECT_EQ(input->engine.options.variant, Variant::kPaper);
   EXPECT_EQ(input->engine.options.smoothing, Smoothing::kBubble);
@@ -146,8 +147,9 @@ TEST(ConvertCreate, SaysWhatIsNotImplementedInsteadOfIgnoringIt) {
                 ErrorCode::kUnimplemented, "metric.sources");
   ExpectRefused(with([](auto& c) { c.mutable_options()->set_history_bytes_max(1); }),
                 ErrorCode::kUnimplemented, "options.history_bytes_max");
-  ExpectRefused(with([](auto& c) { c.mutable_options()->set_durability(v1::DURABILITY_STRICT); }),
-                ErrorCode::kUnimplemented, "options.durability");
+  ExpectRefused(
+      with([](auto& c) { c.mutable_options()->set_durability(v1::DURABILITY_UNSPECIFIED); }),
+      ErrorCode::kOutOfRange, "options.durability");
 }
 
 TEST(ConvertCreate, TakesSizesAtTheirBoundAndNotOneMore) {

@@ -16,7 +16,7 @@ using testing::HasSubstr;
 
 TEST(DirectoryLock, IsHeldByOneAtATime) {
   const test::TemporaryFolder folder;
-  const std::string directory = folder.path() + "/made/anew";
+  const std::string directory = (std::filesystem::path(folder.path()) / "made" / "anew").string();
   std::optional<Result<DirectoryLock>> first = DirectoryLock::Take(directory);
   ASSERT_TRUE(first->ok()) << first->error().message;
   const Result<DirectoryLock> second = DirectoryLock::Take(directory);

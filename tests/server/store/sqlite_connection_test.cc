@@ -58,7 +58,8 @@ TEST_F(SqliteConnectionTest, RefusesWhatIsNoStore) {
 }
 
 TEST_F(SqliteConnectionTest, NamesWhatIsWrong) {
-  const auto missing = SqliteConnection::Open(folder_.path() + "/missing/file", Mode::kWrite, "");
+  const auto missing =
+      SqliteConnection::Open(folder_.path() + "-is-missing/file", Mode::kWrite, "");
   EXPECT_EQ(missing.error().code, ErrorCode::kFileUnwritable);
   const auto code_of = [](int code) {
     return SqliteConnection::ToError(SQLite::Exception("x", code), "p").code;

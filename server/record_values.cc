@@ -1,0 +1,393 @@
+#include "server/record_values.h"
+
+#include <array>
+#include <cstring>
+#include <span>
+#include <string>
+#include <type_traits>
+#include <utility>
+
+#include "core/mesh/mesh_delta.h"
+#include "core/metric/saved_field.h"
+
+namespace pliant::server {
+namespace {
+
+// Numbers of answers and specifications are part of the format.
+enum class AnswerKind : std::uint8_t { kAccepted = 1, kRejected = 2, kAdvanced = 3 };
+enum class SpecKind : std::uint8_t { kNone = 0, kTensor = 1, kSize = 2, kBackground = 3 };
+
+// Rows of numbers of one type without padding, as one column of that type.
+template <class Number, class Row>
+void PutRows(const std::vector<Row>& rows, ByteWriter& writer) {
+  static_assert(std::is_trivially_copyable_v<Row> && sizeof(Row) % sizeof(Number) == 0);
+  writer.PutColumn(std::span<const Number>(reinterpret_cast<const Number*>(rows.data()),
+                                           rows.size() * (sizeof(Row) / sizeof(Number))));
+}
+
+template <class Number, class Row>
+void TakeRows(ByteReader& reader, std::vector<Row>& rows) {
+  const std::vector<Number> column = reader.TakeColumn<Number>();
+  constexpr std::size_t kWidth = sizeof(Row) / sizeof(Number);
+  if (column.size() % kWidth != 0) return reader.Fail();
+  rows.resize(column.size() / kWidth);
+  if (!rows.empty())
+    std::memcpy(static_cast<void*>(rows.data()), column.data(), column.size() * sizeof(Number));
+}
+
+void PutFlag(bool flag, ByteWriter& writer) { writer.Put(static_cast<std::uint8_t>(flag ? 1 : 0)); }
+bool TakeFlag(ByteReader& reader) { return reader.Take<std::uint8_t>() != 0; }
+
+template <class Enum>
+void PutEnum(Enum value, ByteWriter& writer) {
+  writer.Put(static_cast<std::uint8_t>(value));
+}
+template <class Enum>
+Enum TakeEnum(ByteReader& reader, Enum last) {
+  const auto value = reader.Take<std::uint8_t>();
+  if (value > static_cast<std::uint8_t>(last)) reader.Fail();
+  return static_cast<Enum>(value);
+}
+
+// By name, which never changes; numbers may.
+void PutError(const Error& error, ByteWriter& writer) {
+  writer.PutText(ErrorCodeName(error.code));
+  writer.PutText(error.message);
+  writer.PutText(error.field);
+  writer.Put(error.index);
+  writer.Put(error.other_index);
+}
+
+Error TakeError(ByteReader& reader) {
+  Error error;
+  const std::string name = reader.TakeText();
+  for (int i = 0; i <= static_cast<int>(ErrorCode::kInternal); ++i) {
+    if (ErrorCodeName(static_cast<ErrorCode>(i)) == name) error.code = static_cast<ErrorCode>(i);
+  }
+  error.message = reader.TakeText();
+  error.field = reader.TakeText();
+  error.index = reader.Take<std::int64_t>();
+  error.other_index = reader.Take<std::int64_t>();
+  return error;
+}
+
+void PutTrouble(const Trouble& trouble, ByteWriter& writer) {
+  PutEnum(trouble.kind, writer);
+  writer.Put(trouble.vertex_count);
+  writer.Put(trouble.place_count);
+  for (const double number : {trouble.center.x, trouble.center.y, trouble.box.low.x,
+                              trouble.box.low.y, trouble.box.high.x, trouble.box.high.y,
+                              trouble.q_min, trouble.length_min, trouble.length_max}) {
+    writer.Put(number);
+  }
+}
+
+Trouble TakeTrouble(ByteReader& reader) {
+  Trouble trouble;
+  trouble.kind = TakeEnum(reader, TroubleKind::kUnsettled);
+  trouble.vertex_count = reader.Take<std::int64_t>();
+  trouble.place_count = reader.Take<std::int64_t>();
+  for (double* number : {&trouble.center.x, &trouble.center.y, &trouble.box.low.x,
+                         &trouble.box.low.y, &trouble.box.high.x, &trouble.box.high.y,
+                         &trouble.q_min, &trouble.length_min, &trouble.length_max}) {
+    *number = reader.Take<double>();
+  }
+  return trouble;
+}
+
+constexpr std::array kCounts = {&LoopCounts::visits,
+                                &LoopCounts::moves,
+                                &LoopCounts::insertions,
+                                &LoopCounts::deletions,
+                                &LoopCounts::swaps,
+                                &LoopCounts::cooled,
+                                &LoopCounts::mended,
+                                &LoopCounts::refused_at_limit,
+                                &LoopCounts::refused_by_allowance};
+
+void PutReport(const MetricReport& report, ByteWriter& writer) {
+  PutFlag(report.limits, writer);
+  for (const std::int64_t count : {report.geometry_count, report.rotation_count,
+                                   report.gradation_count, report.changed_count}) {
+    writer.Put(count);
+  }
+  writer.Put(report.size_ratio_max);
+  writer.Put(report.worst.value());
+  writer.Put(report.raw_complexity);
+  writer.Put(report.limited_complexity);
+}
+
+MetricReport TakeReport(ByteReader& reader) {
+  MetricReport report;
+  report.limits = TakeFlag(reader);
+  for (std::int64_t* count : {&report.geometry_count, &report.rotation_count,
+                              &report.gradation_count, &report.changed_count}) {
+    *count = reader.Take<std::int64_t>();
+  }
+  report.size_ratio_max = reader.Take<double>();
+  report.worst = VertexId(reader.Take<std::int32_t>());
+  report.raw_complexity = reader.Take<double>();
+  report.limited_complexity = reader.Take<double>();
+  return report;
+}
+
+void PutAdvanced(const AdvancedEvent& advanced, ByteWriter& writer) {
+  writer.Put(static_cast<std::int64_t>(advanced.base_revision));
+  WriteSummary(advanced.summary, writer);
+  PutEnum(advanced.progress.stop_reason, writer);
+  writer.Put(advanced.progress.active_count);
+  for (const auto count : kCounts) writer.Put(advanced.progress.counts.*count);
+  PutReport(advanced.progress.metric, writer);
+  writer.Put(static_cast<std::uint32_t>(advanced.troubles.size()));
+  for (const Trouble& trouble : advanced.troubles) PutTrouble(trouble, writer);
+  PutEnum(advanced.end, writer);
+  PutFlag(advanced.motion_fraction.has_value(), writer);
+  writer.Put(advanced.motion_fraction.value_or(0));
+  writer.Put(static_cast<std::int64_t>(advanced.compute.count()));
+  writer.Put(static_cast<std::int64_t>(advanced.elapsed.count()));
+}
+
+AdvancedEvent TakeAdvanced(ByteReader& reader) {
+  AdvancedEvent advanced;
+  advanced.base_revision = Revision(reader.Take<std::int64_t>());
+  advanced.summary = ReadSummary(reader);
+  advanced.progress.stop_reason = TakeEnum(reader, StopReason::kVisitLimit);
+  advanced.progress.active_count = reader.Take<std::int64_t>();
+  for (const auto count : kCounts) advanced.progress.counts.*count = reader.Take<std::int64_t>();
+  advanced.progress.metric = TakeReport(reader);
+  const auto trouble_count = reader.Take<std::uint32_t>();
+  if (trouble_count > kTroublesMax + 8) reader.Fail();
+  for (std::uint32_t i = 0; reader.ok() && i < trouble_count; ++i) {
+    advanced.troubles.push_back(TakeTrouble(reader));
+  }
+  advanced.end = TakeEnum(reader, AdvanceEnd::kServerClosing);
+  const bool has_fraction = TakeFlag(reader);
+  const auto fraction = reader.Take<double>();
+  if (has_fraction) advanced.motion_fraction = fraction;
+  advanced.compute = std::chrono::microseconds(reader.Take<std::int64_t>());
+  advanced.elapsed = std::chrono::microseconds(reader.Take<std::int64_t>());
+  return advanced;
+}
+
+void PutMeshData(const MeshData& mesh, ByteWriter& writer) {
+  PutRows<double>(mesh.points, writer);
+  PutRows<std::int32_t>(mesh.triangles, writer);
+  writer.PutColumn(mesh.triangle_tags);
+  PutRows<std::int32_t>(mesh.edges, writer);
+  writer.PutColumn(mesh.edge_tags);
+}
+
+MeshData TakeMeshData(ByteReader& reader) {
+  MeshData mesh;
+  TakeRows<double>(reader, mesh.points);
+  TakeRows<std::int32_t>(reader, mesh.triangles);
+  mesh.triangle_tags = reader.TakeColumn<std::int32_t>();
+  TakeRows<std::int32_t>(reader, mesh.edges);
+  mesh.edge_tags = reader.TakeColumn<std::int32_t>();
+  return mesh;
+}
+
+}  // namespace
+
+void PutAnswer(const SessionEvent& event, ByteWriter& writer) {
+  writer.Put(event.update_id);
+  writer.Put(static_cast<std::int64_t>(event.revision));
+  if (const auto* accepted = std::get_if<AcceptedEvent>(&event.body)) {
+    PutEnum(AnswerKind::kAccepted, writer);
+    writer.Put(accepted->staged_count);
+  } else if (const auto* rejected = std::get_if<RejectedEvent>(&event.body)) {
+    PutEnum(AnswerKind::kRejected, writer);
+    PutError(rejected->error, writer);
+  } else {
+    PutEnum(AnswerKind::kAdvanced, writer);
+    PutAdvanced(std::get<AdvancedEvent>(event.body), writer);
+  }
+}
+
+SessionEvent TakeAnswer(ByteReader& reader) {
+  SessionEvent event;
+  event.update_id = reader.Take<std::int64_t>();
+  event.revision = Revision(reader.Take<std::int64_t>());
+  switch (static_cast<AnswerKind>(reader.Take<std::uint8_t>())) {
+    case AnswerKind::kAccepted:
+      event.body = AcceptedEvent{.staged_count = reader.Take<std::int32_t>()};
+      return event;
+    case AnswerKind::kRejected:
+      event.body = RejectedEvent{TakeError(reader)};
+      return event;
+    case AnswerKind::kAdvanced:
+      event.body = TakeAdvanced(reader);
+      return event;
+  }
+  reader.Fail();
+  return event;
+}
+
+void PutSpec(const MetricSpec* spec, ByteWriter& writer) {
+  if (spec == nullptr) return PutEnum(SpecKind::kNone, writer);
+  if (const auto* tensor = std::get_if<ExpressionMetric>(&spec->source)) {
+    PutEnum(SpecKind::kTensor, writer);
+    for (const std::string& text : {tensor->m11, tensor->m12, tensor->m22}) writer.PutText(text);
+  } else if (const auto* size = std::get_if<SizeMetric>(&spec->source)) {
+    PutEnum(SpecKind::kSize, writer);
+    writer.PutText(size->size);
+  } else {
+    const auto& background = std::get<BackgroundMetric>(spec->source);
+    PutEnum(SpecKind::kBackground, writer);
+    PutMeshData(background.mesh, writer);
+    PutRows<double>(background.tensors, writer);
+  }
+  writer.Put(spec->time);
+  PutBounds(spec->bounds, writer);
+  writer.Put(spec->gradation.gradation);
+  writer.Put(spec->gradation.rotation);
+  writer.Put(spec->gradation.geometry);
+}
+
+std::shared_ptr<const MetricSpec> TakeSpec(ByteReader& reader) {
+  const auto kind = TakeEnum(reader, SpecKind::kBackground);
+  if (!reader.ok() || kind == SpecKind::kNone) return nullptr;
+  auto spec = std::make_shared<MetricSpec>();
+  if (kind == SpecKind::kTensor) {
+    ExpressionMetric source;
+    for (std::string* text : {&source.m11, &source.m12, &source.m22}) *text = reader.TakeText();
+    spec->source = std::move(source);
+  } else if (kind == SpecKind::kSize) {
+    spec->source = SizeMetric{reader.TakeText()};
+  } else {
+    BackgroundMetric source;
+    source.mesh = TakeMeshData(reader);
+    TakeRows<double>(reader, source.tensors);
+    spec->source = std::move(source);
+  }
+  spec->time = reader.Take<double>();
+  spec->bounds = TakeBounds(reader);
+  spec->gradation.gradation = reader.Take<double>();
+  spec->gradation.rotation = reader.Take<double>();
+  spec->gradation.geometry = reader.Take<double>();
+  return spec;
+}
+
+void PutTransferRows(const TransferRows& rows, ByteWriter& writer) {
+  PutRows<std::int32_t>(rows.vertex_ids, writer);
+  std::vector<std::int32_t> sources;
+  std::vector<double> weights;
+  for (const TransferRow& row : rows.rows) {
+    for (const VertexId source : row.sources) sources.push_back(source.value());
+    weights.insert(weights.end(), row.weights.begin(), row.weights.end());
+  }
+  writer.PutColumn(sources);
+  writer.PutColumn(weights);
+}
+
+TransferRows TakeTransferRows(ByteReader& reader) {
+  TransferRows rows;
+  TakeRows<std::int32_t>(reader, rows.vertex_ids);
+  const auto sources = reader.TakeColumn<std::int32_t>();
+  const auto weights = reader.TakeColumn<double>();
+  if (sources.size() != 3 * rows.vertex_ids.size() || weights.size() != sources.size()) {
+    reader.Fail();
+    return {};
+  }
+  rows.rows.resize(rows.vertex_ids.size());
+  for (std::size_t i = 0; i < sources.size(); ++i) {
+    rows.rows[i / 3].sources[i % 3] = VertexId(sources[i]);
+    rows.rows[i / 3].weights[i % 3] = weights[i];
+  }
+  return rows;
+}
+
+void PutFields(const FieldChanges& fields, ByteWriter& writer) {
+  writer.Put(static_cast<std::uint32_t>(fields.changed.size()));
+  for (const FieldChange& change : fields.changed) {
+    writer.PutText(change.name);
+    PutEnum(change.location, writer);
+    writer.Put(static_cast<std::uint32_t>(change.column_count));
+    writer.PutColumn(change.rows.slots);
+    writer.PutColumn(change.rows.values);
+  }
+  writer.Put(static_cast<std::uint32_t>(fields.dropped_names.size()));
+  for (const std::string& name : fields.dropped_names) writer.PutText(name);
+}
+
+FieldChanges TakeFields(ByteReader& reader) {
+  FieldChanges fields;
+  const auto changed_count = reader.Take<std::uint32_t>();
+  for (std::uint32_t i = 0; reader.ok() && i < changed_count; ++i) {
+    FieldChange& change = fields.changed.emplace_back();
+    change.name = reader.TakeText();
+    change.location = TakeEnum(reader, FieldLocation::kTriangle);
+    change.column_count = reader.Take<std::uint32_t>();
+    change.rows.slots = reader.TakeColumn<std::int32_t>();
+    change.rows.values = reader.TakeColumn<double>();
+    if (change.rows.values.size() != change.rows.slots.size() * change.column_count) reader.Fail();
+  }
+  const auto dropped_count = reader.Take<std::uint32_t>();
+  for (std::uint32_t i = 0; reader.ok() && i < dropped_count; ++i) {
+    fields.dropped_names.push_back(reader.TakeText());
+  }
+  return fields;
+}
+
+void PutDiff(const MeshDiff& diff, ByteWriter& writer) {
+  writer.Put(static_cast<std::int64_t>(diff.base_revision));
+  writer.Put(static_cast<std::int64_t>(diff.revision));
+  const auto put = [&](const auto&... ids) { (PutRows<std::int32_t>(ids, writer), ...); };
+  put(diff.removed_vertices, diff.removed_triangles, diff.removed_edges, diff.vertex_ids,
+      diff.triangle_ids, diff.triangle_vertices, diff.triangle_regions, diff.edge_ids,
+      diff.edge_vertices, diff.edge_tags, diff.created_vertices, diff.created_triangles,
+      diff.created_edges, diff.metric_vertex_ids);
+  PutRows<double>(diff.vertex_positions, writer);
+  PutRows<double>(diff.metrics, writer);
+  PutFlag(diff.transfer.has_value(), writer);
+  if (diff.transfer) PutTransferRows(*diff.transfer, writer);
+  PutFields(diff.fields, writer);
+  WriteSummary(diff.summary, writer);
+}
+
+MeshDiff TakeDiff(ByteReader& reader) {
+  MeshDiff diff;
+  diff.base_revision = Revision(reader.Take<std::int64_t>());
+  diff.revision = Revision(reader.Take<std::int64_t>());
+  const auto take = [&](auto&... ids) { (TakeRows<std::int32_t>(reader, ids), ...); };
+  take(diff.removed_vertices, diff.removed_triangles, diff.removed_edges, diff.vertex_ids,
+       diff.triangle_ids, diff.triangle_vertices, diff.triangle_regions, diff.edge_ids,
+       diff.edge_vertices, diff.edge_tags, diff.created_vertices, diff.created_triangles,
+       diff.created_edges, diff.metric_vertex_ids);
+  TakeRows<double>(reader, diff.vertex_positions);
+  TakeRows<double>(reader, diff.metrics);
+  if (TakeFlag(reader)) diff.transfer = TakeTransferRows(reader);
+  diff.fields = TakeFields(reader);
+  diff.summary = ReadSummary(reader);
+  const bool fits = diff.vertex_positions.size() == diff.vertex_ids.size() &&
+                    diff.triangle_vertices.size() == diff.triangle_ids.size() &&
+                    diff.triangle_regions.size() == diff.triangle_ids.size() &&
+                    diff.edge_vertices.size() == diff.edge_ids.size() &&
+                    diff.edge_tags.size() == diff.edge_ids.size() &&
+                    diff.metrics.size() == diff.metric_vertex_ids.size();
+  if (!fits) reader.Fail();
+  return diff;
+}
+
+void PutBytes(std::span<const std::byte> bytes, ByteWriter& writer) {
+  writer.PutColumn(
+      std::span<const char>(reinterpret_cast<const char*>(bytes.data()), bytes.size()));
+}
+
+Bytes TakeBytes(ByteReader& reader) {
+  const std::vector<char> column = reader.TakeColumn<char>();
+  const auto bytes = std::as_bytes(std::span(column));
+  return Bytes(bytes.begin(), bytes.end());
+}
+
+void PutTime(Clock::WallTime time, ByteWriter& writer) {
+  writer.Put(static_cast<std::int64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count()));
+}
+
+Clock::WallTime TakeTime(ByteReader& reader) {
+  return Clock::WallTime(std::chrono::duration_cast<Clock::WallTime::duration>(
+      std::chrono::nanoseconds(reader.Take<std::int64_t>())));
+}
+
+}  // namespace pliant::server

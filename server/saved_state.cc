@@ -1,0 +1,248 @@
+#include "server/saved_state.h"
+
+#include <algorithm>
+#include <string>
+#include <utility>
+
+#include "core/mesh/mesh_delta.h"
+#include "server/record.h"
+#include "server/record_values.h"
+
+namespace pliant::server {
+namespace {
+
+constexpr Seal kInputSeal{.kind = 0x4e494c50, .version = 1};   // "PLIN"
+constexpr Seal kMemorySeal{.kind = 0x454d4c50, .version = 1};  // "PLME"
+constexpr char kMemoryName[] = "session snapshot";
+
+std::string Text(Revision revision) { return std::to_string(static_cast<std::int64_t>(revision)); }
+
+bool IsInput(std::span<const std::byte> bytes) {
+  ByteReader reader(bytes);
+  return reader.Take<std::uint32_t>() == kInputSeal.kind;
+}
+
+// --- Undo steps ---------------------------------------------------------------------------------
+
+// A specification is written where it is another one than that of the step after it.
+Status PutUndo(const SessionMemory& memory, ByteWriter& writer) {
+  const std::deque<UndoStep>& steps = memory.undo.steps();
+  writer.Put(static_cast<std::uint32_t>(steps.size()));
+  const MetricSpec* known = memory.engine->committed_spec().get();
+  for (auto step = steps.rbegin(); step != steps.rend(); ++step) {
+    PLIANT_ASSIGN_OR_RETURN(const Bytes delta, WriteDelta(step->delta));
+    PutBytes(delta, writer);
+    writer.Put(step->active_count);
+    const bool is_same = step->spec.get() == known;
+    writer.Put(static_cast<std::uint8_t>(is_same ? 0 : 1));
+    if (!is_same) PutSpec(step->spec.get(), writer);
+    known = step->spec.get();
+  }
+  writer.PutColumn(memory.undo.saved());
+  return {};
+}
+
+Status TakeUndo(ByteReader& reader, SessionMemory& memory) {
+  std::deque<UndoStep> steps;
+  const auto count = reader.Take<std::uint32_t>();
+  std::shared_ptr<const MetricSpec> spec = memory.engine->committed_spec();
+  for (std::uint32_t i = 0; reader.ok() && i < count; ++i) {
+    const Bytes bytes = TakeBytes(reader);
+    // The newest leads away from where the engine is, each other one from where the one before it
+    // leads to.
+    Result<RevisionDelta> delta =
+        steps.empty() ? memory.engine->engine().ReadDelta(bytes)
+                      : ReadDelta(bytes, steps.front().delta.metric, steps.front().delta.fields);
+    if (!delta.ok()) return delta.error();
+    const auto active_count = reader.Take<std::int64_t>();
+    if (reader.Take<std::uint8_t>() != 0) spec = TakeSpec(reader);
+    steps.push_front(UndoStep{std::move(delta).value(), spec, active_count});
+  }
+  const auto saved = reader.TakeColumn<std::int64_t>();
+  if (reader.ok() && !memory.undo.Restore(std::move(steps), saved, memory.revision)) reader.Fail();
+  return {};
+}
+
+// --- Memory -------------------------------------------------------------------------------------
+
+Result<SessionMemory> ReadSnapshot(std::span<const std::byte> bytes, const SessionMakers& makers) {
+  SessionMemory memory(makers.history_bytes_max);
+  if (IsInput(bytes)) {
+    PLIANT_ASSIGN_OR_RETURN(const auto input, OpenSeal(bytes, kInputSeal, kMemoryName));
+    PLIANT_ASSIGN_OR_RETURN(EngineInput start, makers.codec->ReadInput(input));
+    PLIANT_ASSIGN_OR_RETURN(memory.engine, StagedEngine::Create(std::move(start), makers.factory));
+    memory.active_count = memory.engine->engine().vertex_count();
+    return memory;
+  }
+  PLIANT_ASSIGN_OR_RETURN(const auto payload, OpenSeal(bytes, kMemorySeal, kMemoryName));
+  ByteReader reader(payload);
+  memory.revision = Revision(reader.Take<std::int64_t>());
+  memory.applied_update_id = reader.Take<std::int64_t>();
+  memory.active_count = reader.Take<std::int64_t>();
+  memory.summary = ReadSummary(reader);
+  memory.commit_time = TakeTime(reader);
+  const Bytes engine_bytes = TakeBytes(reader);
+  std::shared_ptr<const MetricSpec> spec = TakeSpec(reader);
+  if (!reader.ok()) return CorruptData(kMemoryName, "ends too early");
+  PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Engine> engine, makers.loader(engine_bytes));
+  memory.engine = StagedEngine::Adopt(std::move(engine), std::move(spec), makers.factory);
+  const auto last_update_id = reader.Take<std::int64_t>();
+  const auto answer_count = reader.Take<std::uint32_t>();
+  for (std::uint32_t i = 0; reader.ok() && i < answer_count; ++i) {
+    const SessionEvent answer = TakeAnswer(reader);
+    if (answer.update_id <= memory.results.last_update_id()) reader.Fail();
+    if (reader.ok()) memory.results.Add(answer);
+  }
+  if (memory.results.last_update_id() != last_update_id) reader.Fail();
+  PLIANT_RETURN_IF_ERROR(TakeUndo(reader, memory));
+  const auto diff_count = reader.Take<std::uint32_t>();
+  for (std::uint32_t i = 0; reader.ok() && i < diff_count; ++i) {
+    auto diff = std::make_shared<const MeshDiff>(TakeDiff(reader));
+    if (reader.ok()) memory.history.Add(std::move(diff));
+  }
+  if (!reader.AtEnd() || memory.engine->revision() != memory.revision) {
+    return CorruptData(kMemoryName, "does not hold what its checksum vouches for");
+  }
+  return memory;
+}
+
+// --- Records ------------------------------------------------------------------------------------
+
+Status Corrupt(Revision revision, const std::string& what) {
+  return CorruptData("session journal", "at revision " + Text(revision) + " " + what);
+}
+
+Status Restage(SessionMemory& memory, const AnswerRecord& record, const SessionMakers& makers) {
+  const UpdateCommand command = makers.codec->ReadUpdate(record.update);
+  const Status status = memory.engine->StageCommand(command);
+  if (status.ok()) return {};
+  return Corrupt(memory.revision,
+                 "holds a staged update that is refused now: " + status.error().message);
+}
+
+Status Replay(SessionMemory& memory, const AnswerRecord& record, const SessionMakers& makers) {
+  switch (record.effect) {
+    case StageEffect::kNone:
+      break;
+    case StageEffect::kStaged:
+      PLIANT_RETURN_IF_ERROR(Restage(memory, record, makers));
+      break;
+    case StageEffect::kTainted:
+      memory.engine->Taint();
+      break;
+    case StageEffect::kEmptied:
+      PLIANT_RETURN_IF_ERROR(memory.engine->Discard());
+      break;
+  }
+  if (!record.answer) return {};
+  if (record.answer->update_id <= memory.results.last_update_id()) {
+    return Corrupt(memory.revision, "answers an update twice");
+  }
+  memory.results.Add(*record.answer);
+  return {};
+}
+
+Status ReplayWhole(SessionMemory& memory, const CommitRecord& record, const SessionMakers& makers) {
+  PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Engine> engine,
+                          makers.loader(std::get<1>(record.change)));
+  memory.engine = StagedEngine::Adopt(
+      std::move(engine), record.spec ? *record.spec : memory.engine->spec(), makers.factory);
+  memory.undo.Clear();
+  memory.history = DiffHistory(makers.history_bytes_max);
+  memory.summary = memory.engine->engine().Snapshot().summary;
+  return {};
+}
+
+Status ReplayDelta(SessionMemory& memory, const CommitRecord& record) {
+  StagedEngine& engine = *memory.engine;
+  PLIANT_ASSIGN_OR_RETURN(RevisionDelta delta,
+                          engine.engine().ReadDelta(std::get<0>(record.change)));
+  const std::shared_ptr<const MetricSpec> spec =
+      record.spec ? *record.spec : engine.committed_spec();
+  PLIANT_ASSIGN_OR_RETURN(
+      auto gone,
+      engine.GoTo(UndoStep{std::move(delta), spec, record.active_count}, record.revision));
+  gone.second.active_count = memory.active_count;
+  memory.undo.Add(std::move(gone.second));
+  MeshDiff& diff = gone.first;
+  diff.transfer = record.transfer;
+  diff.fields = record.fields;
+  memory.summary = diff.summary;
+  memory.history.Add(std::make_shared<const MeshDiff>(std::move(diff)));
+  return {};
+}
+
+Status Replay(SessionMemory& memory, const CommitRecord& record, const SessionMakers& makers) {
+  if (record.change.index() == 1) {
+    PLIANT_RETURN_IF_ERROR(ReplayWhole(memory, record, makers));
+  } else {
+    // What was staged is in the commit.
+    PLIANT_RETURN_IF_ERROR(memory.engine->Discard());
+    PLIANT_RETURN_IF_ERROR(ReplayDelta(memory, record));
+  }
+  if (memory.engine->revision() != record.revision) return Corrupt(record.revision, "has a gap");
+  memory.revision = record.revision;
+  memory.applied_update_id = record.update_id;
+  memory.active_count = record.active_count;
+  memory.commit_time = record.time;
+  return {};
+}
+
+Status Replay(SessionMemory& memory, const SavedRecord& record, const SessionMakers&) {
+  std::vector<std::int64_t> released;
+  for (const std::int64_t revision : memory.undo.saved()) {
+    if (std::find(record.revisions.begin(), record.revisions.end(), revision) ==
+        record.revisions.end()) {
+      released.push_back(revision);
+    }
+  }
+  PLIANT_RETURN_IF_ERROR(memory.undo.Release(released));
+  for (const std::int64_t revision : record.revisions) {
+    PLIANT_RETURN_IF_ERROR(memory.undo.Save(Revision(revision), memory.revision));
+  }
+  return {};
+}
+
+}  // namespace
+
+Bytes WriteInput(std::span<const std::byte> input) { return SealBytes(kInputSeal, input); }
+
+Result<Bytes> WriteMemory(const SessionMemory& memory) {
+  PLIANT_ASSIGN_OR_RETURN(const Bytes engine, memory.engine->Save());
+  ByteWriter writer;
+  writer.Put(static_cast<std::int64_t>(memory.revision));
+  writer.Put(memory.applied_update_id);
+  writer.Put(memory.active_count);
+  WriteSummary(memory.summary.value_or(MeshSummary{}), writer);
+  PutTime(memory.commit_time.value_or(Clock::WallTime{}), writer);
+  PutBytes(engine, writer);
+  PutSpec(memory.engine->committed_spec().get(), writer);
+  writer.Put(memory.results.last_update_id());
+  writer.Put(static_cast<std::uint32_t>(memory.results.events().size()));
+  for (const SessionEvent& answer : memory.results.events()) PutAnswer(answer, writer);
+  PLIANT_RETURN_IF_ERROR(PutUndo(memory, writer));
+  writer.Put(static_cast<std::uint32_t>(memory.history.count()));
+  for (const auto& diff : memory.history.diffs()) PutDiff(*diff, writer);
+  return SealBytes(kMemorySeal, std::move(writer).Take());
+}
+
+Result<SessionMemory> ReadMemory(std::span<const std::byte> snapshot,
+                                 std::span<const Bytes> records, const SessionMakers& makers) {
+  PLIANT_ASSIGN_OR_RETURN(SessionMemory memory, ReadSnapshot(snapshot, makers));
+  for (const Bytes& bytes : records) {
+    PLIANT_ASSIGN_OR_RETURN(const Record record, ReadRecord(bytes));
+    PLIANT_RETURN_IF_ERROR(
+        std::visit([&](const auto& kind) { return Replay(memory, kind, makers); }, record));
+  }
+  return memory;
+}
+
+Result<std::size_t> CountSettled(std::span<const Bytes> records) {
+  for (std::size_t count = records.size(); count > 0; --count) {
+    PLIANT_ASSIGN_OR_RETURN(const Record record, ReadRecord(records[count - 1]));
+    if (std::holds_alternative<CommitRecord>(record)) return count;
+  }
+  return std::size_t{0};
+}
+
+}  // namespace pliant::server

@@ -1,0 +1,68 @@
+#include "server/sleeper.h"
+
+#include <algorithm>
+#include <utility>
+
+namespace pliant::server {
+namespace {
+
+constexpr std::chrono::seconds kInterval{1};
+
+}  // namespace
+
+Sleeper::Sleeper(const Policy& policy, const SessionRegistry& registry, const Clock& clock)
+    : policy_(policy), registry_(registry), clock_(clock), budget_(policy.memory_bytes_max, [this] {
+        {
+          const std::lock_guard lock(mutex_);
+          is_over_ = true;
+        }
+        wake_.notify_all();
+      }) {}
+
+void Sleeper::Start() {
+  thread_ = std::thread([this] { Work(); });
+}
+
+Sleeper::~Sleeper() {
+  {
+    const std::lock_guard lock(mutex_);
+    stopping_ = true;
+  }
+  wake_.notify_all();
+  if (thread_.joinable()) thread_.join();
+}
+
+std::vector<std::shared_ptr<Session>> Sleeper::Choose() const {
+  std::vector<std::pair<Session::Rest, std::shared_ptr<Session>>> awake;
+  for (std::shared_ptr<Session>& session : registry_.All()) {
+    const Session::Rest usage = session->rest();
+    if (usage.may_sleep) awake.emplace_back(usage, std::move(session));
+  }
+  std::stable_sort(awake.begin(), awake.end(), [](const auto& a, const auto& b) {
+    return a.first.last_used < b.first.last_used;
+  });
+  std::vector<std::shared_ptr<Session>> chosen;
+  std::int64_t excess = budget_.excess();
+  const Clock::Time now = clock_.Now();
+  for (auto& [usage, session] : awake) {
+    const bool is_idle = policy_.idle_max.count() > 0 && now - usage.last_used >= policy_.idle_max;
+    if (!is_idle && excess <= 0) break;
+    excess -= usage.bytes;
+    chosen.push_back(std::move(session));
+  }
+  return chosen;
+}
+
+void Sleeper::Work() {
+  std::unique_lock lock(mutex_);
+  while (!stopping_) {
+    wake_.wait_for(lock, kInterval, [this] { return stopping_ || is_over_; });
+    if (stopping_) return;
+    is_over_ = false;
+    lock.unlock();
+    for (const std::shared_ptr<Session>& session : Choose()) session->RequestSleep();
+    lock.lock();
+  }
+}
+
+}  // namespace pliant::server

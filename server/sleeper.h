@@ -1,0 +1,58 @@
+#pragma once
+
+#include <chrono>
+#include <condition_variable>
+#include <cstdint>
+#include <memory>
+#include <mutex>
+#include <thread>
+#include <vector>
+
+#include "server/clock.h"
+#include "server/memory_budget.h"
+#include "server/session.h"
+#include "server/session_registry.h"
+
+namespace pliant::server {
+
+/// Sends sessions to sleep: those that nobody has used for a while, and, where all of them hold
+/// more memory than they may, those that were used longest ago. Only sessions that are stored can
+/// sleep, and only while they have nothing to do.
+///
+/// *Threads*: one of its own, which looks once a second, and when the budget is exceeded.
+class Sleeper {
+ public:
+  struct Policy {
+    /// Time without use after which a session sleeps; 0: never.
+    std::chrono::seconds idle_max{0};
+    /// Of all sessions, in bytes; 0: no limit.
+    std::int64_t memory_bytes_max = 0;
+  };
+
+  /// @param registry, clock  outlive it.
+  Sleeper(const Policy& policy, const SessionRegistry& registry, const Clock& clock);
+  ~Sleeper();
+  /// Begins to look; once.
+  void Start();
+
+  [[nodiscard]] MemoryBudget& budget() { return budget_; }
+
+  /// Who should sleep now: idle ones first, then the least recently used until enough is freed.
+  [[nodiscard]] std::vector<std::shared_ptr<Session>> Choose() const;
+
+ private:
+  void Work();
+
+  const Policy policy_;
+  const SessionRegistry& registry_;
+  const Clock& clock_;
+  MemoryBudget budget_;
+
+  std::mutex mutex_;  // Guards all below; a leaf lock.
+  std::condition_variable wake_;
+  bool is_over_ = false;
+  bool stopping_ = false;
+  std::thread thread_;
+};
+
+}  // namespace pliant::server

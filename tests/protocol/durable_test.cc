@@ -1,0 +1,384 @@
+// Goal: the promise "Durable" and what follows from it: a session that was stored goes on as if its
+// server had not stopped. tests/crash kills real servers.
+#include <gmock/gmock.h>
+#include <google/protobuf/util/message_differencer.h>
+#include <gtest/gtest.h>
+
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tests/support/in_process_server.h"
+#include "tests/support/mirror.h"
+#include "tests/support/subscribe_client.h"
+#include "tests/support/temporary_folder.h"
+
+namespace pliant::test {
+namespace {
+
+using google::protobuf::util::MessageDifferencer;
+
+constexpr const char* kDurable =
+    "A revision that was acknowledged to me survives a crash of the server.";
+
+// A session on a server that may be stopped and started again, and its mirror.
+class Client {
+ public:
+  // @param directory  empty: in memory only
+  explicit Client(const std::string& directory, v1::CreateSession create) : directory_(directory) {
+    Start();
+    create.set_session_id("s");
+    EXPECT_TRUE(server_->Create(create, nullptr).ok());
+    Open();
+  }
+
+  void Restart() {
+    edit_.reset();
+    server_.reset();
+    Start();
+    Open();
+  }
+
+  /// Sends an update and gives its answer, without what is different on every run.
+  v1::EditResponse Do(v1::EditRequest request) {
+    request.set_update_id(++update_id);
+    return Repeat(request);
+  }
+  /// The same with a number that was used before.
+  v1::EditResponse Repeat(const v1::EditRequest& request) {
+    edit_->Send(request);
+    v1::EditResponse answer;
+    for (v1::EditResponse& response : edit_->Until(request.update_id())) {
+      if (response.has_diff()) {
+        EXPECT_EQ(mirror.Apply(response.diff()), "") << kDurable;
+        last_diff = response.diff();
+      }
+      answer = std::move(response);
+    }
+    if (answer.has_advanced()) {
+      answer.mutable_advanced()->clear_compute_us();
+      answer.mutable_advanced()->clear_elapsed_us();
+      answer.mutable_advanced()->clear_durable_revision();
+    }
+    return answer;
+  }
+  v1::Session Info() {
+    grpc::ClientContext context;
+    v1::GetSessionRequest request;
+    request.set_session_id("s");
+    v1::GetSessionResponse response;
+    EXPECT_TRUE(server_->sessions->GetSession(&context, request, &response).ok());
+    return response.session();
+  }
+  InProcessServer& server() { return *server_; }
+
+  Mirror mirror;
+  v1::MeshDiff last_diff;
+  v1::EditResponse opened;
+  std::int64_t update_id = 0;
+
+ private:
+  void Start() {
+    server::Config config;
+    config.data = directory_;
+    server_ = std::make_unique<InProcessServer>(server::RemesherFactory(), config);
+  }
+  void Open() {
+    edit_ = std::make_unique<EditClient>(
+        *server_, "s", mirror.revision,
+        std::vector<v1::MeshPart>{v1::MESH_PART_TRANSFER, v1::MESH_PART_FIELDS,
+                                  v1::MESH_PART_METRIC});
+    opened = edit_->Next();
+    EXPECT_TRUE(opened.has_opened());
+  }
+
+  const std::string directory_;
+  std::unique_ptr<InProcessServer> server_;
+  std::unique_ptr<EditClient> edit_;
+};
+
+v1::EditRequest Advance(std::int64_t visits_max = 0) {
+  v1::EditRequest request;
+  request.mutable_advance();
+  if (visits_max > 0) request.mutable_advance()->set_budget_visits(visits_max);
+  return request;
+}
+
+v1::EditRequest Size(const std::string& size) {
+  v1::EditRequest request;
+  request.mutable_metric()->add_sources()->mutable_size()->set_size(size);
+  return request;
+}
+
+// Tensors at the vertices of the lower left quarter.
+v1::EditRequest Tensors(const Mirror& mirror, double m) {
+  std::vector<std::int32_t> ids;
+  std::vector<double> tensors;
+  for (const auto& [slot, position] : mirror.vertices) {
+    if (position[0] > 0.5 || position[1] > 0.5) continue;
+    ids.push_back(slot);
+    tensors.insert(tensors.end(), {m, 0, 2 * m});
+  }
+  v1::EditRequest request;
+  v1::VertexMetric& vertices = *request.mutable_metric()->add_sources()->mutable_vertices();
+  vertices.set_revision(mirror.revision);
+  *vertices.mutable_vertex_ids() = Ints(ids);
+  *vertices.mutable_tensors() = Doubles(tensors, 3);
+  return request;
+}
+
+v1::EditRequest Field(const Mirror& mirror, double factor) {
+  v1::EditRequest request;
+  request.mutable_fields()->set_revision(mirror.revision);
+  v1::FieldValues& field = *request.mutable_fields()->add_values();
+  field.set_name("u");
+  field.set_location(v1::FIELD_LOCATION_VERTEX);
+  std::vector<double> values;
+  for (const auto& [slot, position] : mirror.vertices) {
+    values.push_back(factor * position[0] + position[1]);
+  }
+  *field.mutable_values() = Doubles(values, 1);
+  return request;
+}
+
+v1::EditRequest Freeze(const Mirror& mirror) {
+  v1::EditRequest request;
+  std::vector<std::int32_t> ids;
+  for (const auto& [slot, position] : mirror.vertices) {
+    if (position[0] < 0.3) ids.push_back(slot);
+  }
+  request.mutable_constraints()->set_revision(mirror.revision);
+  *request.mutable_constraints()->mutable_frozen_vertices() = Ints(ids);
+  return request;
+}
+
+v1::EditRequest Hops(int hops_max) {
+  v1::EditRequest request;
+  request.mutable_options()->set_hops_max(hops_max);
+  return request;
+}
+
+v1::EditRequest Rollback(std::int64_t revision) {
+  v1::EditRequest request;
+  request.mutable_rollback()->set_to_revision(revision);
+  return request;
+}
+
+v1::EditRequest Discard() {
+  v1::EditRequest request;
+  request.mutable_discard();
+  return request;
+}
+
+// What a client does next; it may look at its mirror.
+using Step = std::function<v1::EditRequest(const Mirror&)>;
+
+std::vector<Step> Script() {
+  const auto fixed = [](v1::EditRequest request) {
+    return [request](const Mirror&) { return request; };
+  };
+  return {fixed(Size("0.07")),
+          fixed(Advance()),
+          fixed(Size("0.05 + 0.1*x")),
+          fixed(Size("-1")),  // Refused: the next advance is, too.
+          fixed(Advance()),
+          fixed(Size("0.05 + 0.1*x")),
+          fixed(Advance(200)),  // Not converged.
+          fixed(Advance()),
+          [](const Mirror& mirror) { return Tensors(mirror, 900); },
+          fixed(Advance()),
+          [](const Mirror& mirror) { return Field(mirror, 2); },
+          fixed(Advance()),
+          [](const Mirror& mirror) { return Tensors(mirror, 1500); },
+          fixed(Discard()),
+          fixed(Size("0.06 + 0.1*y")),
+          fixed(Advance()),
+          fixed(Rollback(4)),
+          fixed(Advance()),
+          [](const Mirror& mirror) { return Tensors(mirror, 700); },
+          [](const Mirror& mirror) { return Field(mirror, 3); },
+          fixed(Advance(500)),
+          [](const Mirror& mirror) { return Freeze(mirror); },
+          fixed(Hops(4)),
+          fixed(Size("0.05 + 0.1*y")),
+          fixed(Advance()),
+          fixed(Rollback(5)),
+          fixed(Size("0.04 + 0.1*x")),
+          fixed(Advance())};
+}
+
+void ExpectSame(const google::protobuf::Message& a, const google::protobuf::Message& b) {
+  std::string report;
+  MessageDifferencer differencer;
+  differencer.ReportDifferencesToString(&report);
+  EXPECT_TRUE(differencer.Compare(a, b)) << kDurable << "\n" << report;
+}
+
+// Method: the same script for two sessions, of which one's server is stopped and started after
+// every step, also with updates staged. Answers, diffs (transfer rows, metric and fields included)
+// and meshes must be the same to the bit, which they are only if everything that decides is.
+TEST(Durable, ASessionGoesOnAsIfItsServerHadNotStopped) {
+  const TemporaryFolder folder;
+  Client steady("", UnitSquare("0.1"));
+  Client stopped(folder.path(), UnitSquare("0.1"));
+  int number = 0;
+  for (const Step& step : Script()) {
+    SCOPED_TRACE(testing::Message() << "step " << ++number);
+    const v1::EditResponse expected = steady.Do(step(steady.mirror));
+    const v1::EditResponse found = stopped.Do(step(stopped.mirror));
+    ExpectSame(expected, found);
+    ExpectSame(steady.last_diff, stopped.last_diff);
+    ASSERT_TRUE(steady.mirror == stopped.mirror) << kDurable;
+
+    v1::Session before = stopped.Info();
+    stopped.Restart();
+    EXPECT_EQ(stopped.opened.opened().last_update_id(), stopped.update_id) << kDurable;
+    v1::Session after = stopped.Info();
+    // Asleep or not, and how its memory is shared, are the server's affairs.
+    for (v1::Session* session : {&before, &after}) {
+      session->clear_state();
+      session->clear_memory_bytes();
+    }
+    ExpectSame(before, after);
+    if (found.has_accepted()) {
+      EXPECT_EQ(stopped.opened.opened().staged_count(), found.accepted().staged_count());
+    }
+  }
+  EXPECT_GT(stopped.mirror.revision, 8);
+}
+
+// Goal: what was answered is answered again and not applied again, also after a restart.
+TEST(Durable, ARepeatedUpdateGetsItsFirstAnswer) {
+  const TemporaryFolder folder;
+  Client client(folder.path(), UnitSquare("0.1"));
+  const v1::EditResponse first = client.Do(Advance());
+  const v1::EditResponse refused = client.Do(Size("-1"));
+  const v1::EditResponse rejected = client.Do(Advance());
+  client.Restart();
+  v1::EditRequest again = Advance();
+  again.set_update_id(1);
+  ExpectSame(first, client.Repeat(again));
+  again.set_update_id(3);
+  ExpectSame(rejected, client.Repeat(again));
+  EXPECT_EQ(client.Info().revision(), 1) << kDurable;
+  EXPECT_TRUE(refused.has_rejected());
+}
+
+// Goal: saved revisions and the window for resuming are there again.
+TEST(Durable, SavedRevisionsAndTheHistoryAreKept) {
+  const TemporaryFolder folder;
+  Client client(folder.path(), UnitSquare("0.1"));
+  client.Do(Advance());
+  const Mirror first = client.mirror;
+  grpc::ClientContext context;
+  v1::SaveRevisionRequest save;
+  save.set_session_id("s");
+  v1::SaveRevisionResponse saved;
+  ASSERT_TRUE(client.server().sessions->SaveRevision(&context, save, &saved).ok());
+  for (const char* size : {"0.08", "0.09", "0.07"}) {
+    client.Do(Size(size));
+    client.Do(Advance());
+  }
+  client.Restart();
+  EXPECT_THAT(client.Info().saved_revisions(), testing::ElementsAre(1)) << kDurable;
+  SubscribeClient reader(client.server(), "s", first.revision);
+  Mirror follower = first;
+  EXPECT_EQ(reader.Follow(follower, client.mirror.revision), "") << "by a diff, not a snapshot";
+  EXPECT_TRUE(follower == client.mirror);
+  client.Do(Rollback(1));
+  EXPECT_EQ(client.mirror.vertices, first.vertices) << kDurable;
+  EXPECT_EQ(client.mirror.triangles, first.triangles) << kDurable;
+}
+
+TEST(Durable, AForkIsASessionOfItsOwn) {
+  const TemporaryFolder folder;
+  Client client(folder.path(), UnitSquare("0.1"));
+  client.Do(Advance());
+  client.Do(Size("0.08"));
+  client.Do(Advance());
+  grpc::ClientContext context;
+  v1::ForkRequest request;
+  request.set_session_id("s");
+  request.set_revision(1);
+  request.set_new_session_id("fork");
+  v1::ForkResponse response;
+  ASSERT_TRUE(client.server().sessions->Fork(&context, request, &response).ok());
+  EXPECT_EQ(response.session().revision(), 1);
+  client.Restart();
+  v1::GetMeshRequest get;
+  get.set_session_id("fork");
+  v1::MeshSnapshot snapshot;
+  ASSERT_TRUE(client.server().GetMesh(get, &snapshot).ok());
+  Mirror mirror;
+  EXPECT_EQ(mirror.Take(snapshot), "");
+  EXPECT_EQ(mirror.Hash(), response.session().state_hash()) << kDurable;
+}
+
+TEST(Durable, ADeletedSessionStaysDeletedAndItsNameIsFree) {
+  const TemporaryFolder folder;
+  Client client(folder.path(), UnitSquare("0.1"));
+  client.Do(Advance());
+  const auto remove = [&] {
+    grpc::ClientContext context;
+    v1::DeleteSessionRequest request;
+    request.set_session_id("s");
+    v1::DeleteSessionResponse response;
+    return client.server().sessions->DeleteSession(&context, request, &response);
+  };
+  EXPECT_TRUE(remove().ok());
+  EXPECT_EQ(ReasonOf(remove()), "SESSION_NOT_FOUND");
+  v1::CreateSession create = UnitSquare("0.3");
+  create.set_session_id("s");
+  EXPECT_TRUE(client.server().Create(create, nullptr).ok());
+  EXPECT_EQ(client.Info().revision(), 0);
+}
+
+// Goal: a server that keeps nothing says so when somebody counts on it.
+TEST(Durable, WithoutAStoreNobodyIsPromisedOne) {
+  InProcessServer server;
+  v1::CreateSession create = UnitSquare("0.3");
+  create.mutable_options()->set_durability(v1::DURABILITY_STRICT);
+  EXPECT_EQ(ReasonOf(server.Create(create, nullptr)), "UNIMPLEMENTED");
+  create.mutable_options()->set_durability(v1::DURABILITY_NONE);
+  EXPECT_TRUE(server.Create(create, nullptr).ok());
+}
+
+// Goal: a session that nobody wanted kept is gone with the server; others are not.
+TEST(Durable, DurabilityIsEachSessionsOwn) {
+  const TemporaryFolder folder;
+  server::Config config;
+  config.data = folder.path();
+  {
+    InProcessServer server(server::RemesherFactory(), config);
+    for (const v1::Durability durability :
+         {v1::DURABILITY_NONE, v1::DURABILITY_RELAXED, v1::DURABILITY_STRICT}) {
+      v1::CreateSession create = UnitSquare("0.2");
+      const std::string id = "s" + std::to_string(durability);
+      create.set_session_id(id);
+      create.mutable_options()->set_durability(durability);
+      ASSERT_TRUE(server.Create(create, nullptr).ok());
+      EditClient edit(server, id);
+      edit.Advance(1);
+      const v1::AdvanceResult result = edit.Until(1).back().advanced();
+      EXPECT_EQ(result.has_durable_revision(), durability != v1::DURABILITY_NONE);
+      if (durability == v1::DURABILITY_STRICT) {
+        EXPECT_EQ(result.durable_revision(), 1);
+      }
+    }
+  }
+  InProcessServer server(server::RemesherFactory(), config);
+  grpc::ClientContext context;
+  v1::ListSessionsResponse list;
+  ASSERT_TRUE(server.sessions->ListSessions(&context, {}, &list).ok());
+  ASSERT_EQ(list.sessions_size(), 2);
+  EXPECT_EQ(list.sessions(0).session_id(), "s2");
+  for (const v1::Session& session : list.sessions()) {
+    EXPECT_EQ(session.revision(), 1);
+    EXPECT_EQ(session.state(), v1::SESSION_STATE_ASLEEP) << "loaded when it is needed";
+  }
+}
+
+}  // namespace
+}  // namespace pliant::test

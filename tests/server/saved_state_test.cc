@@ -1,0 +1,178 @@
+// Goal: a session's memory that was written and read again goes on as if it had not been.
+// Method: sessions of the real engine, whose journal a test writes by hand as Session does.
+#include "server/saved_state.h"
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "server/record.h"
+
+namespace pliant::server {
+namespace {
+
+// Reads specifications from text: "size" of a square for an input, "size" for an update.
+class TextCodec final : public SessionCodec {
+ public:
+  Result<EngineInput> ReadInput(std::span<const std::byte> bytes) const override {
+    Domain domain;
+    domain.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+    domain.segments = {{0, 1}, {1, 2}, {2, 3}, {3, 0}};
+    return EngineInput{
+        .start = domain, .metric = {.source = SizeMetric{Text(bytes)}}, .options = {}};
+  }
+  UpdateCommand ReadUpdate(std::span<const std::byte> bytes) const override {
+    return {.body = MetricUpdate{.source = SizeMetric{Text(bytes)}}};
+  }
+  static std::string Text(std::span<const std::byte> bytes) {
+    return std::string(reinterpret_cast<const char*>(bytes.data()), bytes.size());
+  }
+  static Bytes From(const std::string& text) {
+    const auto bytes = std::as_bytes(std::span(text));
+    return Bytes(bytes.begin(), bytes.end());
+  }
+};
+
+class SavedStateTest : public testing::Test {
+ protected:
+  SavedStateTest()
+      : makers_{.factory = RemesherFactory(), .loader = RemesherLoader(), .codec = &codec_},
+        snapshot_(WriteInput(TextCodec::From("0.15"))),
+        memory_(ReadMemory(snapshot_, {}, makers_).value()) {}
+
+  void Record(const server::Record& record) { records_.push_back(WriteRecord(record)); }
+
+  void Stage(const std::string& size) {
+    const Bytes form = TextCodec::From(size);
+    ASSERT_TRUE(memory_.engine->StageCommand(codec_.ReadUpdate(form)).ok());
+    const SessionEvent accepted{.update_id = ++update_id_,
+                                .revision = memory_.revision,
+                                .body = AcceptedEvent{memory_.engine->staged_count()}};
+    memory_.results.Add(accepted);
+    Record(AnswerRecord{.answer = accepted, .effect = StageEffect::kStaged, .update = form});
+  }
+
+  // As Session::Commit does.
+  void Commit(std::int64_t visits_max = INT64_MAX) {
+    const Result<Progress> progress = memory_.engine->Step({.visits_max = visits_max});
+    ASSERT_TRUE(progress.ok());
+    const auto diff = std::make_shared<const MeshDiff>(memory_.engine->Commit());
+    std::optional<UndoStep> undo = memory_.engine->TakeUndo();
+    CommitRecord record{.revision = diff->revision,
+                        .update_id = ++update_id_,
+                        .active_count = progress->active_count,
+                        .time = {},
+                        .spec = memory_.engine->committed_spec(),
+                        .change = {},
+                        .transfer = diff->transfer,
+                        .fields = diff->fields};
+    if (undo) {
+      record.change.emplace<0>(*WriteDelta(memory_.engine->engine().InverseOf(undo->delta)));
+      undo->active_count = memory_.active_count;
+      memory_.undo.Add(*std::move(undo));
+    } else {
+      record.change.emplace<1>(*memory_.engine->Save());
+    }
+    Record(record);
+    memory_.history.Add(diff);
+    memory_.revision = diff->revision;
+    memory_.applied_update_id = update_id_;
+    memory_.active_count = progress->active_count;
+    memory_.summary = diff->summary;
+  }
+
+  SessionMemory Again() {
+    Result<SessionMemory> again = ReadMemory(snapshot_, records_, makers_);
+    EXPECT_TRUE(again.ok()) << (again.ok() ? "" : again.error().message);
+    return std::move(again).value();
+  }
+
+  const TextCodec codec_;
+  const SessionMakers makers_;
+  Bytes snapshot_;
+  std::vector<Bytes> records_;
+  SessionMemory memory_;
+  std::int64_t update_id_ = 0;
+};
+
+void ExpectSame(const SessionMemory& a, const SessionMemory& b) {
+  EXPECT_EQ(a.revision, b.revision);
+  EXPECT_EQ(a.applied_update_id, b.applied_update_id);
+  EXPECT_EQ(a.active_count, b.active_count);
+  EXPECT_EQ(a.summary, b.summary);
+  EXPECT_EQ(a.results.last_update_id(), b.results.last_update_id());
+  EXPECT_EQ(a.undo.saved(), b.undo.saved());
+  EXPECT_EQ(a.undo.steps().size(), b.undo.steps().size());
+  EXPECT_EQ(a.engine->staged_count(), b.engine->staged_count());
+  EXPECT_EQ(a.engine->tainted(), b.engine->tainted());
+}
+
+TEST_F(SavedStateTest, ReplaysRecordsAndSnapshotsAlike) {
+  Commit();
+  Stage("0.1 + 0.1*x");
+  Commit(150);
+  Commit();
+  ASSERT_TRUE(memory_.undo.Save(Revision(2), memory_.revision).ok());
+  Record(SavedRecord{{2}});
+  Stage("0.12");
+  Commit();
+  const SessionMemory replayed = Again();
+  ExpectSame(replayed, memory_);
+  const Result<Bytes> snapshot = WriteMemory(replayed);
+  ASSERT_TRUE(snapshot.ok()) << snapshot.error().message;
+  Result<SessionMemory> loaded = ReadMemory(*snapshot, {}, makers_);
+  ASSERT_TRUE(loaded.ok()) << loaded.error().message;
+  ExpectSame(*loaded, memory_);
+  EXPECT_EQ(*WriteMemory(*loaded), *snapshot) << "nothing is lost on the way";
+
+  // All three go back, and on, to the same bits.
+  std::vector<std::uint64_t> hashes;
+  for (SessionMemory* memory : {&memory_, &*loaded}) {
+    const Result<UndoStep> way = memory->undo.WayTo(Revision(2), memory->revision);
+    ASSERT_TRUE(way.ok());
+    ASSERT_TRUE(memory->engine->GoTo(*way, Revision(9)).ok());
+    ASSERT_TRUE(memory->engine->StageCommand(codec_.ReadUpdate(TextCodec::From("0.11"))).ok());
+    ASSERT_TRUE(memory->engine->Step({}).ok());
+    hashes.push_back(memory->engine->Commit().summary.state_hash);
+  }
+  EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+TEST_F(SavedStateTest, KeepsTheStage) {
+  Commit();
+  Stage("0.1 + 0.1*x");
+  EXPECT_EQ(Again().engine->staged_count(), 1);
+  EXPECT_EQ(WriteMemory(Again()).error().code, ErrorCode::kProtocolOrder);
+  Record(AnswerRecord{.answer = {}, .effect = StageEffect::kTainted, .update = {}});
+  EXPECT_TRUE(Again().engine->tainted());
+  Record(AnswerRecord{.answer = {}, .effect = StageEffect::kEmptied, .update = {}});
+  EXPECT_EQ(Again().engine->staged_count(), 0);
+  EXPECT_FALSE(Again().engine->tainted());
+  EXPECT_EQ(*CountSettled(records_), 1u) << "up to the commit";
+  Commit();
+  EXPECT_EQ(*CountSettled(records_), records_.size());
+  EXPECT_EQ(*CountSettled({}), 0u);
+}
+
+// Goal: records that do not belong together are refused, not applied.
+TEST_F(SavedStateTest, RefusesAGapAndARepetition) {
+  Commit();
+  Stage("0.2");
+  Commit();
+  Stage("0.1");
+  Commit();
+  const std::vector<Bytes> all = records_;
+  records_ = {all[0], all[3], all[4]};
+  EXPECT_FALSE(ReadMemory(snapshot_, records_, makers_).ok()) << "without revision 2";
+  records_ = {all[0], all[1], all[1]};
+  EXPECT_EQ(ReadMemory(snapshot_, records_, makers_).error().code, ErrorCode::kDataCorrupt)
+      << "an answer twice";
+  records_ = {all[0], all[1], all[2], all[2]};
+  EXPECT_FALSE(ReadMemory(snapshot_, records_, makers_).ok()) << "a commit twice";
+  Bytes bad = snapshot_;
+  bad.back() ^= std::byte{1};
+  EXPECT_EQ(ReadMemory(bad, {}, makers_).error().code, ErrorCode::kDataCorrupt);
+}
+
+}  // namespace
+}  // namespace pliant::server

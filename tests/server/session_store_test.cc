@@ -1,0 +1,203 @@
+// Goal: what a session does with its journal: when it answers, sleeps, wakes, and what a failed
+// write means.
+// Method: the real engine on a scheduler without threads, and a store in memory whose writes end
+// when the test says so.
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+
+#include "server/keeper.h"
+#include "server/session.h"
+#include "server/stored_form.h"
+#include "tests/support/fake_server_parts.h"
+#include "tests/support/memory_store.h"
+#include "tests/support/wire_arrays.h"
+
+namespace pliant::server {
+namespace {
+
+using testing::ElementsAre;
+using testing::IsEmpty;
+
+class SessionStoreTest : public testing::Test {
+ protected:
+  SessionStoreTest() { session_ = Start(Durability::kStrict); }
+
+  Session::Environment Environment(Durability durability) {
+    return {.clock = &clock_,
+            .scheduler = &scheduler_,
+            .log = &log_,
+            .factory = RemesherFactory(),
+            .loader = RemesherLoader(),
+            .codec = &codec_,
+            .journal = std::make_shared<StoreJournal>(store_, key_, nullptr),
+            .durability = durability,
+            .on_broken = [](const std::string&) {}};
+  }
+  std::shared_ptr<Session> Start(Durability durability) {
+    const v1::CreateSession create = test::UnitSquare("0.2");
+    auto session = std::make_shared<Session>(Environment(durability), key_.name,
+                                             std::map<std::string, std::string>{});
+    session->Start(
+        codec_.ReadInput(FormOf(create)).value(),
+        [this](const Status& status) { start_status_ = status; }, FormOf(create));
+    RunAll();
+    return session;
+  }
+  // Another server's view of what is stored.
+  std::shared_ptr<Session> Restore() {
+    StoredInfo stored = ReadInfo(store_.Load(key_)->head.head).value();
+    stored.info.session_id = key_.name;
+    return std::make_shared<Session>(Environment(stored.durability), stored.info);
+  }
+  void RunAll() {
+    while (scheduler_.RunOne()) {
+    }
+  }
+  std::shared_ptr<FakeEditor> Edit(Session& session, std::vector<SessionCommand> commands) {
+    auto editor = std::make_shared<FakeEditor>();
+    editor->commands.assign(commands.begin(), commands.end());
+    EXPECT_TRUE(session.Attach(editor).ok());
+    session.Wake();
+    RunAll();
+    return editor;
+  }
+  UpdateCommand Size(std::int64_t id, const std::string& size) {
+    v1::EditRequest request;
+    request.set_update_id(id);
+    request.mutable_metric()->add_sources()->mutable_size()->set_size(size);
+    UpdateCommand command = codec_.ReadUpdate(FormOf(request));
+    command.form = FormOf(request);
+    return command;
+  }
+  static UpdateCommand Advance(std::int64_t id) { return {.update_id = id, .body = AdvanceSpec{}}; }
+
+  const StoreKey key_{DocumentKind::kSession, "", "s1"};
+  const WireCodec codec_;
+  ManualClock clock_;
+  const Log log_{LogLevel::kError, LogFormat::kText};
+  MemoryStore store_;
+  Scheduler scheduler_{/*worker_count=*/0, clock_};
+  std::optional<Status> start_status_;
+  std::shared_ptr<Session> session_;
+};
+
+TEST_F(SessionStoreTest, NobodySeesACommitBeforeItIsDurable) {
+  ASSERT_TRUE(start_status_.has_value() && start_status_->ok());
+  store_.Hold();
+  const auto reader = std::make_shared<FakeSubscriber>();
+  ASSERT_TRUE(session_->Subscribe(reader, Revision::kNone).ok());
+  const auto editor = Edit(*session_, {OpenCommand{}, Advance(1)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened"));
+  EXPECT_EQ(editor->done_count, 1);
+  EXPECT_EQ(session_->info().revision, Revision::kNone);
+  EXPECT_THAT(reader->log, ElementsAre("bookmark 0"));
+  EXPECT_EQ(store_.waiting_count(), 1u) << "commit and answer together";
+  store_.Flush();
+  RunAll();
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1"));
+  EXPECT_EQ(editor->done_count, 2);
+  EXPECT_EQ(session_->info().revision, Revision(1));
+  EXPECT_THAT(reader->log, ElementsAre("bookmark 0", "diff 0-1"));
+}
+
+TEST_F(SessionStoreTest, AFailedWriteNeverHappened) {
+  Edit(*session_, {OpenCommand{}, Advance(1)});
+  const std::uint64_t hash = session_->info().summary->state_hash;
+  store_.Hold();
+  session_ = Restore();
+  const auto second =
+      Edit(*session_, {OpenCommand{.mirror_revision = Revision(1)}, Size(2, "0.1"), Advance(3)});
+  EXPECT_THAT(second->Log(), ElementsAre("opened"));
+  store_.Flush(Error{ErrorCode::kResourceExhausted, "full", {}});
+  RunAll();
+  EXPECT_THAT(second->Log(), ElementsAre("opened")) << "nothing was told";
+  ASSERT_TRUE(second->closed.has_value());
+  EXPECT_EQ(second->closed->code, ErrorCode::kResourceExhausted);
+  EXPECT_EQ(session_->info().revision, Revision(1));
+  EXPECT_EQ(session_->info().summary->state_hash, hash);
+  // There is space again: the client repeats, and it is applied once.
+  const auto third =
+      Edit(*session_, {OpenCommand{.mirror_revision = Revision(1)}, Size(2, "0.1"), Advance(3)});
+  EXPECT_THAT(third->Log(), ElementsAre("opened", "accepted 2", "diff 3", "advanced 3"));
+  EXPECT_EQ(session_->info().revision, Revision(2));
+}
+
+TEST_F(SessionStoreTest, SleepsAndWakesWithItsStage) {
+  const auto editor = Edit(*session_, {OpenCommand{}, Advance(1), Size(2, "0.1 + 0.1*x")});
+  session_->RequestSleep();
+  RunAll();
+  EXPECT_TRUE(session_->info().asleep);
+  EXPECT_EQ(session_->info().revision, Revision(1));
+  EXPECT_EQ(session_->info().last_update_id, 2);
+  editor->commands.push_back(Advance(3));
+  session_->Wake();
+  RunAll();
+  EXPECT_EQ(editor->Log().back(), "advanced 3") << "its editor did not notice";
+  EXPECT_FALSE(session_->info().asleep);
+
+  // A twin that never slept.
+  const std::uint64_t hash = session_->info().summary->state_hash;
+  MemoryStore other;
+  Session::Environment environment = Environment(Durability::kStrict);
+  environment.journal = std::make_shared<StoreJournal>(other, key_, nullptr);
+  const auto twin =
+      std::make_shared<Session>(environment, "twin", std::map<std::string, std::string>{});
+  const v1::CreateSession create = test::UnitSquare("0.2");
+  twin->Start(
+      codec_.ReadInput(FormOf(create)).value(), [](const Status&) {}, FormOf(create));
+  RunAll();
+  Edit(*twin, {OpenCommand{}, Advance(1), Size(2, "0.1 + 0.1*x"), Advance(3)});
+  EXPECT_EQ(twin->info().summary->state_hash, hash);
+}
+
+TEST_F(SessionStoreTest, ReadersOfASleepingSessionWakeItOnlyIfTheyLackSomething) {
+  Edit(*session_, {OpenCommand{}, Advance(1)});
+  session_ = Restore();
+  EXPECT_TRUE(session_->info().asleep);
+  session_->Wake();
+  RunAll();
+  EXPECT_TRUE(session_->info().asleep) << "nobody needs it";
+  const auto reader = std::make_shared<FakeSubscriber>();
+  ASSERT_TRUE(session_->Subscribe(reader, Revision::kNone).ok());
+  RunAll();
+  EXPECT_THAT(reader->log, ElementsAre("snapshot 1"));
+  session_->RequestSleep();
+  RunAll();
+  EXPECT_TRUE(session_->info().asleep);
+  session_->WakeForSubscriber();
+  RunAll();
+  EXPECT_TRUE(session_->info().asleep) << "it has everything";
+}
+
+TEST_F(SessionStoreTest, ASessionWithoutAJournalDoesNotSleep) {
+  Session::Environment environment = Environment(Durability::kNone);
+  environment.journal = nullptr;
+  const auto session =
+      std::make_shared<Session>(environment, "m", std::map<std::string, std::string>{});
+  session->Start(codec_.ReadInput(FormOf(test::UnitSquare())).value(), [](const Status&) {});
+  RunAll();
+  session->RequestSleep();
+  RunAll();
+  EXPECT_FALSE(session->info().asleep);
+}
+
+TEST_F(SessionStoreTest, WhatCannotBeLoadedSaysSoAndCanBeDeleted) {
+  Edit(*session_, {OpenCommand{}, Advance(1)});
+  session_ = Restore();
+  // A record that is none.
+  store_.Append(key_, Epoch::kFirst, {3, {Bytes(9)}, store_.Load(key_)->head.head},
+                [](const Status& status) { EXPECT_TRUE(status.ok()) << status.error().message; });
+  const auto editor = Edit(*session_, {OpenCommand{}});
+  ASSERT_TRUE(editor->closed.has_value());
+  EXPECT_EQ(editor->closed->code, ErrorCode::kDataCorrupt);
+  std::optional<Status> deleted;
+  session_->Delete({ErrorCode::kSessionNotFound, "deleted", {}},
+                   [&](const Status& status) { deleted = status; });
+  RunAll();
+  ASSERT_TRUE(deleted.has_value());
+  EXPECT_TRUE(deleted->ok());
+  EXPECT_THAT(*store_.List(DocumentKind::kSession), IsEmpty());
+}
+
+}  // namespace
+}  // namespace pliant::server
