@@ -103,6 +103,18 @@ void AddStoreFlags(CLI::App& app, Config& config) {
          "Directory where sessions are kept, so that they survive the server; none: they are in "
          "memory only and end with it")
       ->default_str("none");
+  app.add_flag_callback(
+      "--check-data", [&config] { config.maintenance = Config::Maintenance::kCheck; },
+      "Serve nothing: read all of --data, say what is damaged, and exit with 0 if nothing is. A "
+      "server may be using it");
+  app.add_option_function<std::string>(
+      "--backup-data",
+      [&config](const std::string& directory) {
+        config.maintenance = Config::Maintenance::kBackUp;
+        config.backup = directory;
+      },
+      "Serve nothing: copy --data into this directory, as of one moment, and exit. A server may be "
+      "using it");
   app.add_option("--sleep-after-s", config.sleep_after_s,
                  "With --data: sessions that nobody used for so long leave memory, in s; 0: never")
       ->capture_default_str();
@@ -172,6 +184,45 @@ void AddFlags(CLI::App& app, Config& config, std::string& config_path) {
   app.add_option("--log-format", config.log_format, "text or json (one object a line)")
       ->transform(CLI::CheckedTransformer(kLogFormats).description(""))
       ->default_str("text");
+}
+
+Status CheckNumbers(const Config& config) {
+  struct Range {
+    const char* key;
+    std::int64_t value;
+    std::int64_t low;
+    std::int64_t high;
+  };
+  constexpr std::int64_t kMost = INT64_MAX;
+  constexpr std::int64_t kHourMs = 3'600'000;
+  const auto sessions = static_cast<std::int64_t>(config.sessions_max);
+  const auto per_tenant = static_cast<std::int64_t>(config.sessions_per_tenant_max);
+  for (const Range& range :
+       {Range{"workers", config.workers, 0, kWorkersMax},
+        Range{"mesh-threads", config.mesh_threads, 0, kWorkersMax},
+        Range{"sessions-max", sessions, 1, kMost},
+        Range{"sessions-per-tenant-max", per_tenant, 1, kMost},
+        Range{"tenant-vertices-max", config.tenant_vertices_max, 0, kMost},
+        Range{"tenant-bytes-max", config.tenant_bytes_max, 0, kMost},
+        Range{"tenant-compute-percent", config.tenant_compute_percent, 0, kMost},
+        Range{"tenant-compute-burst-ms", config.tenant_compute_burst_ms, 0, kMost},
+        Range{"idle-close-s", config.idle_close_s, 0, kMost},
+        Range{"vertices-max", config.vertices_max, 3, 100'000'000},
+        Range{"drain-ms", config.drain_ms, 0, kHourMs},
+        Range{"connection-age-max-s", config.connection_age_max_s, 0, 1'000'000},
+        Range{"sleep-after-s", config.sleep_after_s, 0, 1'000'000'000},
+        Range{"memory-limit-mib", config.memory_limit_mib, 0, 1'000'000'000},
+        Range{"bookmark-ms", config.bookmark_ms, 1, kHourMs}}) {
+    if (range.low <= range.value && range.value <= range.high) continue;
+    const std::string allowed =
+        range.high == kMost ? "at least " + std::to_string(range.low)
+                            : std::to_string(range.low) + " to " + std::to_string(range.high);
+    return Error{ErrorCode::kOutOfRange,
+                 std::string("--") + range.key + " is " + std::to_string(range.value) +
+                     "; expected is " + allowed,
+                 range.key};
+  }
+  return {};
 }
 
 }  // namespace
@@ -256,53 +307,10 @@ Status CheckConfig(const Config& config) {
                             "--tls-cert and --tls-key, or --insecure-any-address if that is meant",
                         "listen");
   }
-  if (config.workers < 0 || config.workers > kWorkersMax) {
-    return out_of_range("--workers is " + std::to_string(config.workers) + "; allowed are 0 to " +
-                            std::to_string(kWorkersMax),
-                        "workers");
+  if (config.maintenance != Config::Maintenance::kNone && config.data.empty()) {
+    return out_of_range("--check-data and --backup-data need --data: whose?", "data");
   }
-  if (config.mesh_threads < 0 || config.mesh_threads > kWorkersMax) {
-    return out_of_range("--mesh-threads is " + std::to_string(config.mesh_threads) +
-                            "; allowed are 0 to " + std::to_string(kWorkersMax),
-                        "mesh-threads");
-  }
-  if (config.sessions_max < 1) return out_of_range("--sessions-max must be >= 1", "sessions-max");
-  if (config.tenant_vertices_max < 0) {
-    return out_of_range("--tenant-vertices-max must be >= 0", "tenant-vertices-max");
-  }
-  if (config.tenant_bytes_max < 0) {
-    return out_of_range("--tenant-bytes-max must be >= 0", "tenant-bytes-max");
-  }
-  if (config.tenant_compute_percent < 0) {
-    return out_of_range("--tenant-compute-percent must be >= 0", "tenant-compute-percent");
-  }
-  if (config.tenant_compute_burst_ms < 0) {
-    return out_of_range("--tenant-compute-burst-ms must be >= 0", "tenant-compute-burst-ms");
-  }
-  if (config.idle_close_s < 0) {
-    return out_of_range("--idle-close-s must be >= 0", "idle-close-s");
-  }
-  if (config.sessions_per_tenant_max < 1) {
-    return out_of_range("--sessions-per-tenant-max must be >= 1", "sessions-per-tenant-max");
-  }
-  if (config.vertices_max < 3 || config.vertices_max > 100'000'000) {
-    return out_of_range("--vertices-max must be 3 to 100,000,000", "vertices-max");
-  }
-  if (config.drain_ms < 0 || config.drain_ms > 3'600'000) {
-    return out_of_range("--drain-ms must be 0 to 3,600,000", "drain-ms");
-  }
-  if (config.connection_age_max_s < 0 || config.connection_age_max_s > 1'000'000) {
-    return out_of_range("--connection-age-max-s must be 0 to 1,000,000", "connection-age-max-s");
-  }
-  if (config.sleep_after_s < 0 || config.sleep_after_s > 1'000'000'000) {
-    return out_of_range("--sleep-after-s must be 0 to 1,000,000,000", "sleep-after-s");
-  }
-  if (config.memory_limit_mib < 0 || config.memory_limit_mib > 1'000'000'000) {
-    return out_of_range("--memory-limit-mib must be 0 to 1,000,000,000", "memory-limit-mib");
-  }
-  if (config.bookmark_ms < 1 || config.bookmark_ms > 3'600'000) {
-    return out_of_range("--bookmark-ms must be 1 to 3,600,000", "bookmark-ms");
-  }
+  PLIANT_RETURN_IF_ERROR(CheckNumbers(config));
   return CheckJobConfig(config.jobs);
 }
 

@@ -37,6 +37,11 @@ struct Config {
   std::string tls_client_ca = {};
   /// File of tokens (Access::FromFile); empty: everybody may call.
   std::string tokens = {};
+  /// What to do with the data instead of serving them, also while another server does.
+  enum class Maintenance { kNone, kCheck, kBackUp };
+  Maintenance maintenance = Maintenance::kNone;
+  /// Directory of the copy that kBackUp makes.
+  std::string backup = {};
   std::int32_t vertices_max = kVerticesMaxDefault;
   /// What the sessions of one tenant may use together, as TenantLimits; 0: no limit.
   std::int64_t tenant_vertices_max = 0;

@@ -7,11 +7,13 @@
 #include <iostream>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "server/clock.h"
 #include "server/config.h"
 #include "server/log.h"
 #include "server/server.h"
+#include "server/store/maintenance.h"
 
 namespace pliant::server {
 namespace {
@@ -49,6 +51,27 @@ Status Serve(const Config& config, const sigset_t& signals) {
   return {};
 }
 
+/// @return the exit status
+Result<int> Maintain(const Config& config) {
+  PLIANT_RETURN_IF_ERROR(CheckConfig(config));
+  if (config.maintenance == Config::Maintenance::kBackUp) {
+    PLIANT_RETURN_IF_ERROR(BackUpStore({.directory = config.data, .vfs = {}}, config.backup));
+    std::cout << config.data << " is copied to " << config.backup << "\n";
+    return 0;
+  }
+  PLIANT_ASSIGN_OR_RETURN(const std::vector<std::string> faults,
+                          CheckStore({.directory = config.data, .vfs = {}}));
+  for (const std::string& fault : faults) std::cout << fault << "\n";
+  if (faults.empty()) std::cout << config.data << " is as it was written\n";
+  return faults.empty() ? 0 : 1;
+}
+
+Result<int> Run(const Config& config, const sigset_t& signals) {
+  if (config.maintenance != Config::Maintenance::kNone) return Maintain(config);
+  PLIANT_RETURN_IF_ERROR(Serve(config, signals));
+  return 0;
+}
+
 int Main(int argc, const char* const* argv) {
   // Blocked before any thread starts, so that all threads inherit it and sigwait gets the signal.
   sigset_t signals;
@@ -70,12 +93,12 @@ int Main(int argc, const char* const* argv) {
     std::cout << request->text;
     return request->status;
   }
-  const Status status = Serve(std::get<Config>(*parsed), signals);
+  const Result<int> status = Run(std::get<Config>(*parsed), signals);
   if (!status.ok()) {
     std::cerr << "pliantd: " << status.error().message << "\n";
     return 1;
   }
-  return 0;
+  return *status;
 }
 
 }  // namespace

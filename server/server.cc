@@ -10,6 +10,7 @@
 #include <random>
 #include <utility>
 
+#include "server/jobs/durable_job_store.h"
 #include "server/jobs/memory_job_store.h"
 #include "server/limits.h"
 #include "server/record.h"
@@ -34,6 +35,12 @@ std::shared_ptr<grpc::ServerCredentials> CredentialsOf(const Config& config) {
     options.set_cert_request_type(GRPC_SSL_REQUEST_AND_REQUIRE_CLIENT_CERTIFICATE_AND_VERIFY);
   }
   return grpc::experimental::TlsServerCredentials(options);
+}
+
+/// @param keeper  null: in memory only.
+std::unique_ptr<JobStore> MakeJobStore(Keeper* keeper, const Log& log) {
+  if (keeper == nullptr) return std::make_unique<MemoryJobStore>();
+  return std::make_unique<DurableJobStore>(keeper->store(), log);
 }
 
 std::uint64_t RandomSeed() {
@@ -107,7 +114,7 @@ Server::Server(const Config& config, Parts parts, Access access, std::unique_ptr
                .bookmark_interval = std::chrono::milliseconds(config.bookmark_ms)},
       sessions_(context_),
       info_(context_),
-      job_store_(std::make_unique<MemoryJobStore>()),
+      job_store_(MakeJobStore(keeper_.get(), *parts_.log)),
       jobs_({.clock = parts_.clock,
              .log = parts_.log,
              .scheduler = &scheduler_,

@@ -13,8 +13,6 @@
 namespace pliant::server {
 namespace {
 
-constexpr char kDatabaseFile[] = "pliant.sqlite";
-
 // Log pages after which the writer moves them into the database: when it has nothing else to do,
 // and, far later, in any case.
 constexpr int kIdlePages = 1'000;
@@ -318,52 +316,6 @@ Result<std::vector<StoredHead>> SqliteStore::List(DocumentKind kind) {
     }
     return heads;
   });
-}
-
-Result<std::vector<std::string>> SqliteStore::Check() {
-  using Sentences = std::vector<std::string>;
-  return Read<Sentences>([&](SqliteConnection& connection) -> Result<Sentences> {
-    Sentences wrong;
-    SQLite::Statement& check = connection.Use("PRAGMA integrity_check");
-    while (check.executeStep()) {
-      if (const std::string text = check.getColumn(0).getString(); text != "ok") {
-        wrong.push_back("the database: " + text);
-      }
-    }
-    for (const DocumentKind kind : {DocumentKind::kSession, DocumentKind::kJob}) {
-      for (const DocumentRow& row : AllDocuments(connection, kind)) {
-        const Result<StoredDocument> document = ReadDocument(connection, row);
-        if (!document.ok()) wrong.push_back(document.error().message);
-      }
-    }
-    return wrong;
-  });
-}
-
-Status SqliteStore::Backup(const std::string& directory) {
-  const std::string copy = directory + "/" + kDatabaseFile;
-  std::error_code failed;
-  std::filesystem::create_directories(directory, failed);
-  if (failed || std::filesystem::exists(copy)) {
-    return Error{ErrorCode::kFileUnwritable,
-                 failed ? "cannot make " + directory + ": " + failed.message()
-                        : directory + " holds a store already; choose another directory",
-                 "directory"};
-  }
-  // A connection of its own: sessions are loaded meanwhile.
-  PLIANT_ASSIGN_OR_RETURN(
-      const std::unique_ptr<SqliteConnection> connection,
-      SqliteConnection::Open(path(), SqliteConnection::Mode::kRead, options_.vfs));
-  try {
-    // The copy alone is written.
-    connection->Run("PRAGMA query_only = OFF");
-    SQLite::Statement& copy_all = connection->Use("VACUUM INTO ?");
-    copy_all.bind(1, copy);
-    copy_all.exec();
-    return {};
-  } catch (const SQLite::Exception& exception) {
-    return SqliteConnection::ToError(exception, copy);
-  }
 }
 
 }  // namespace pliant::server

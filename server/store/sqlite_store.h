@@ -17,6 +17,9 @@ namespace pliant::server {
 
 class SqliteConnection;
 
+/// The database, in the data directory.
+inline constexpr char kDatabaseFile[] = "pliant.sqlite";
+
 /// The store of one server: a SQLite database in a directory of its own, with a write-ahead log
 /// that is synchronised at every commit.
 ///
@@ -44,13 +47,6 @@ class SqliteStore final : public Store {
   void Delete(const StoreKey& key, Epoch epoch, Done done) override;
   Result<StoredDocument> Load(const StoreKey& key) override;
   Result<std::vector<StoredHead>> List(DocumentKind kind) override;
-
-  /// Reads everything: SQLite's own check, and every row's checksum and place. What is wrong, a
-  /// sentence each. @par Cost O(stored bytes)
-  Result<std::vector<std::string>> Check();
-  /// A consistent copy of everything, made while writes go on, as a store in another directory.
-  /// Errors: kFileUnwritable if there is one already.
-  Status Backup(const std::string& directory);
 
  private:
   // A write: throws SQLite::Exception, or returns an error before it has written anything.

@@ -21,7 +21,7 @@
 #include <random>
 #include <thread>
 
-#include "server/store/sqlite_store.h"
+#include "server/store/maintenance.h"
 #include "tests/crash/crash_client.h"
 #include "tests/support/temporary_folder.h"
 
@@ -188,9 +188,9 @@ TEST(Crash, NothingAcknowledgedIsLost) {
     ASSERT_NE(found, editors[0]->hashes().end()) << "a reader saw what was never acknowledged";
     EXPECT_EQ(found->second, hash) << "at revision " << revision;
   }
-  const auto store = server::SqliteStore::Open({.directory = data, .vfs = {}});
-  ASSERT_TRUE(store.ok()) << store.error().message;
-  EXPECT_THAT(*(*store)->Check(), testing::IsEmpty());
+  const auto faults = server::CheckStore({.directory = data, .vfs = {}});
+  ASSERT_TRUE(faults.ok()) << faults.error().message;
+  EXPECT_THAT(*faults, testing::IsEmpty());
   std::cout << tally.kills << " kills, " << tally.kills_in_writes << " of them inside a write; "
             << streams << " streams of " << kEditors << " editors, " << revisions
             << " acknowledged revisions, " << reader.hashes().size() << " seen by the reader\n";

@@ -5,11 +5,13 @@
 #include <memory>
 #include <string>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "core/pliant/remesher.h"
 #include "tests/support/job_client.h"
 #include "tests/support/mirror.h"
+#include "tests/support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
@@ -136,6 +138,40 @@ TEST(Jobs, FailWithTheErrorOfTheirInput) {
   EXPECT_EQ(job.state(), v1::JOB_STATE_FAILED);
   EXPECT_EQ(job.error().reason(), "CROSSING_SEGMENTS");
   EXPECT_EQ(job.error().field(), "domain.segments");
+}
+
+// Goal: with a store, jobs survive their server: a result can still be fetched, and what was not
+// done is done again from its input, to the same bits.
+TEST(Jobs, SurviveTheirServer) {
+  const TemporaryFolder folder;
+  server::Config config{.workers = 2, .jobs = {.running_max = 1}};
+  config.data = folder.path();
+  {
+    InProcessServer server(server::RemesherFactory(), config);
+    JobClient client(server);
+    ASSERT_TRUE(client.Submit(SquareJob("done", "0.1")).ok());
+    EXPECT_EQ(client.Wait("done").state(), v1::JOB_STATE_DONE);
+    ASSERT_TRUE(client.Submit(EndlessJob("cancelled")).ok());
+    v1::Job job;
+    ASSERT_TRUE(client.Cancel("cancelled", &job).ok());
+    ASSERT_TRUE(client.Submit(SquareJob("runs", "0.004")).ok());
+    ASSERT_TRUE(client.Submit(SquareJob("waits", "0.05")).ok());
+  }
+  InProcessServer server(server::RemesherFactory(), config);
+  JobClient client(server);
+  v1::Job job;
+  ASSERT_TRUE(client.Get("cancelled", &job).ok());
+  EXPECT_EQ(job.state(), v1::JOB_STATE_CANCELLED);
+  for (const auto& [id, size] :
+       {std::pair("done", "0.1"), std::pair("runs", "0.004"), std::pair("waits", "0.05")}) {
+    job = client.Wait(id);
+    ASSERT_EQ(job.state(), v1::JOB_STATE_DONE) << id << ": " << job.error().message();
+    const MeshDiff expected = InProcess(size);
+    EXPECT_EQ(job.result().state_hash(), expected.summary.state_hash) << id << kDeterministic;
+    v1::MeshSnapshot snapshot;
+    ASSERT_TRUE(client.Fetch(id, &snapshot).ok());
+    EXPECT_EQ(snapshot.state_hash(), expected.summary.state_hash) << id;
+  }
 }
 
 // Goal: a shutdown waits for no job.

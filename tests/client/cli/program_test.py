@@ -4,6 +4,7 @@ Runs the binaries that PLIANT and PLIANTD name (ctest sets both); without PLIANT
 need a server are skipped.
 """
 
+import contextlib
 import json
 import os
 import pathlib
@@ -37,21 +38,28 @@ def run(*arguments, code=0, env=None, cwd=None):
     return done
 
 
-@pytest.fixture(scope="module", name="server")
-def start_server(tmp_path_factory):
-    """The address of a pliantd on a Unix socket of its own."""
-    folder = tmp_path_factory.mktemp("d")
+@contextlib.contextmanager
+def serving(folder, *options):
+    """A pliantd on a Unix socket of its own: its address, and its process."""
     address = f"unix:{folder}/s"
     port_file = folder / "port"
+    port_file.unlink(missing_ok=True)
     with open(folder / "log", "w", encoding="utf-8") as log:
-        with subprocess.Popen([PLIANTD, "--listen", address, "--port-file", port_file],
+        with subprocess.Popen([PLIANTD, "--listen", address, "--port-file", port_file, *options],
                               stdout=log, stderr=log) as process:
             while not port_file.exists():
                 assert process.poll() is None, (folder / "log").read_text()
                 time.sleep(0.01)
-            yield address
+            yield address, process
             process.terminate()
-            assert process.wait(timeout=30) == 0
+            assert process.wait(timeout=30) in (0, -signal.SIGKILL)
+
+
+@pytest.fixture(scope="module", name="server")
+def start_server(tmp_path_factory):
+    """The address of a server that all tests share."""
+    with serving(tmp_path_factory.mktemp("d")) as (address, _):
+        yield address
 
 
 # --- Files ---------------------------------------------------------------------------------------
@@ -308,6 +316,32 @@ def test_the_life_of_a_session(server, tmp_path):
 
     run("session", "delete", "plate", env=env)
     assert "SESSION_NOT_FOUND" in run("session", "show", "plate", env=env, code=1).stderr
+
+
+@needs_server
+def test_data_survive_the_server_and_are_checked_and_copied_while_in_use(tmp_path):
+    data, copy = tmp_path / "data", tmp_path / "copy"
+
+    def maintain(*options):
+        return subprocess.run([PLIANTD, *options], capture_output=True, text=True, check=False)
+
+    with serving(tmp_path, "--data", data) as (address, process):
+        run("session", "create", PLATE, *SIZE, "--id", "plate", "--server", address)
+        run("session", "get", "plate", "-o", tmp_path / "before.mesh", "--server", address)
+        assert maintain("--data", data, "--backup-data", copy).returncode == 0
+        assert maintain("--data", data, "--check-data").returncode == 0
+        process.kill()
+    for folder in (data, copy):
+        with serving(tmp_path, "--data", folder) as (address, _):
+            run("session", "get", "plate", "-o", tmp_path / "after.mesh", "--server", address)
+        assert (tmp_path / "after.mesh").read_bytes() == (tmp_path / "before.mesh").read_bytes()
+
+    with open(copy / "pliant.sqlite", "r+b") as file:
+        file.seek(3 * 4096)
+        file.write(bytes(4096))
+    damaged = maintain("--data", copy, "--check-data")
+    assert damaged.returncode == 1 and (damaged.stdout or damaged.stderr)
+    assert maintain("--check-data").returncode != 0
 
 
 @needs_server

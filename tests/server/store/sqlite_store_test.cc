@@ -13,6 +13,7 @@
 #include <mutex>
 #include <thread>
 
+#include "server/store/maintenance.h"
 #include "tests/support/faulty_vfs.h"
 #include "tests/support/temporary_folder.h"
 
@@ -182,7 +183,7 @@ TEST(SqliteStore, LosesNothingAcknowledgedWhereverTheDiskDies) {
     const auto store = Open(folder.path());
     ASSERT_NE(store, nullptr);
     ExpectWhatWasTold(*store, 1, told);
-    EXPECT_THAT(*store->Check(), IsEmpty());
+    EXPECT_THAT(*CheckStore({.directory = folder.path(), .vfs = {}}), IsEmpty());
   }
   EXPECT_GT(crashes, 30) << "the script changes files more often than that";
 }
@@ -207,7 +208,7 @@ TEST(SqliteStore, GoesOnAfterAnErrorThatPasses) {
         EXPECT_EQ(last, told.acknowledged) << "a write that failed left something";
         EXPECT_TRUE(Append(*store, 1, last + 1, Filled(50, 5)).ok());
       }
-      EXPECT_THAT(*store->Check(), IsEmpty());
+      EXPECT_THAT(*CheckStore({.directory = folder.path(), .vfs = {}}), IsEmpty());
     }
   }
 }
@@ -260,10 +261,10 @@ TEST(SqliteStore, ADamagedRecordHarmsItsSessionAlone) {
   EXPECT_THAT(bad.error().message, HasSubstr("s1"));
   EXPECT_TRUE(store->Load(KeyOf(2)).ok());
   EXPECT_EQ(store->List(DocumentKind::kSession)->size(), 2u);
-  EXPECT_EQ(store->Check()->size(), 1u);
+  EXPECT_EQ(CheckStore({.directory = folder.path(), .vfs = {}})->size(), 1u);
   EXPECT_TRUE(Append(*store, 2, 2, Filled(40, 4)).ok());
   EXPECT_TRUE(Do([&](auto done) { store->Delete(KeyOf(1), Epoch::kFirst, done); }).ok());
-  EXPECT_THAT(*store->Check(), IsEmpty());
+  EXPECT_THAT(*CheckStore({.directory = folder.path(), .vfs = {}}), IsEmpty());
 }
 
 TEST(SqliteStore, RefusesATruncatedFile) {
@@ -292,23 +293,6 @@ TEST(SqliteStore, RefusesAReadOnlyDirectory) {
   ASSERT_EQ(seteuid(user), 0);
   EXPECT_EQ(store.error().code, ErrorCode::kFileUnwritable);
   chmod(folder.path().c_str(), 0700);
-}
-
-TEST(SqliteStore, CopiesItselfWhileItIsUsed) {
-  const test::TemporaryFolder folder;
-  const std::string copy = folder.path() + "/copy";
-  const auto store = Open(folder.path() + "/store");
-  ASSERT_TRUE(Create(*store, 1).ok());
-  ASSERT_TRUE(Append(*store, 1, 1, Filled(3000, 1)).ok());
-  const Status done = store->Backup(copy);
-  ASSERT_TRUE(done.ok()) << done.error().message;
-  ASSERT_TRUE(Append(*store, 1, 2, Filled(3000, 2)).ok());
-  EXPECT_EQ(store->Backup(copy).error().code, ErrorCode::kFileUnwritable);
-  const auto other = Open(copy);
-  ASSERT_NE(other, nullptr);
-  EXPECT_EQ(other->Load(KeyOf(1))->records.size(), 1u);
-  EXPECT_THAT(*other->Check(), IsEmpty());
-  EXPECT_TRUE(Append(*other, 1, 2, Filled(3000, 2)).ok());
 }
 
 }  // namespace
