@@ -129,7 +129,7 @@ TEST_F(SessionStoreTest, SleepsAndWakesWithItsStage) {
   EXPECT_TRUE(session_->info().asleep);
   EXPECT_EQ(session_->info().revision, Revision(1));
   EXPECT_EQ(session_->info().last_update_id, 2);
-  editor->commands.push_back(Advance(3));
+  editor->commands.emplace_back(Advance(3));
   session_->Wake();
   RunAll();
   EXPECT_EQ(editor->Log().back(), "advanced 3") << "its editor did not notice";
