@@ -188,9 +188,9 @@ TEST(Crash, NothingAcknowledgedIsLost) {
     ASSERT_NE(found, editors[0]->hashes().end()) << "a reader saw what was never acknowledged";
     EXPECT_EQ(found->second, hash) << "at revision " << revision;
   }
-  const auto faults = server::CheckStore({.directory = data, .vfs = {}});
-  ASSERT_TRUE(faults.ok()) << faults.error().message;
-  EXPECT_THAT(*faults, testing::IsEmpty());
+  const auto damage = server::CheckStore({.directory = data, .vfs = {}});
+  ASSERT_TRUE(damage.ok()) << damage.error().message;
+  EXPECT_THAT(*damage, testing::IsEmpty());
   std::cout << tally.kills << " kills, " << tally.kills_in_writes << " of them inside a write; "
             << streams << " streams of " << kEditors << " editors, " << revisions
             << " acknowledged revisions, " << reader.hashes().size() << " seen by the reader\n";

@@ -110,7 +110,7 @@ TEST_F(SleeperTest, ManySessionsWorkUnderASmallLimit) {
   };
   for (int i = 0; i < kSessions; ++i) {
     clock_.Advance(std::chrono::milliseconds(1));
-    sessions.push_back(Create("s" + std::to_string(i), &sleeper.budget()));
+    sessions.push_back(Create(std::to_string(i), &sleeper.budget()));
     settle();
   }
   for (int round = 0; round < 3; ++round) {
