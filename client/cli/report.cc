@@ -130,11 +130,16 @@ Json RemeshJson(const RemeshReport& report, const RemeshResult& result) {
                {"mode", report.server ? "server" : "local"},
                {"input", report.input},
                {"output", report.output}};
-  json.update(AdvanceJson(result.report));
-  json["seconds"] = {{"read", report.read_seconds},
-                     {"remesh", report.remesh_seconds},
-                     {"write", report.write_seconds}};
-  json["peak_memory_bytes"] = report.peak_memory_bytes;
+  const Json advance = AdvanceJson(result.report);
+  for (const auto& [key, value] : advance.items()) {
+    if (key == "loop") {  // In the order of README.md.
+      json["seconds"] = {{"read", report.read_seconds},
+                         {"remesh", report.remesh_seconds},
+                         {"write", report.write_seconds}};
+      json["peak_memory_bytes"] = report.peak_memory_bytes;
+    }
+    json[key] = value;
+  }
   json["quality"] = QualityJson(result.quality);
   if (report.server) json["server"] = *report.server;
   return json;
