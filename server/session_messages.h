@@ -224,7 +224,7 @@ struct SessionInfo {
   std::int64_t active_count = 0;
   std::int64_t last_update_id = 0;
   bool running = false;
-  bool asleep = false;            ///< Not in memory; wakes on the next call.
+  bool asleep = false;  ///< Not in memory; wakes on the next call.
   std::vector<std::int64_t> saved_revisions = {};
   std::int64_t memory_bytes = 0;  ///< Roughly; 0 while it is built.
   std::chrono::system_clock::time_point create_time = {};

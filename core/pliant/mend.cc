@@ -94,7 +94,8 @@ void Mender::Start(std::uint32_t warm_since) {
   std::vector<VertexId> nodes(state_.waiting.begin() + static_cast<std::ptrdiff_t>(state_.next),
                               state_.waiting.end());
   if (edit_.committed() != Revision::kNone) {
-    for (const auto& [id, old] : edit_.log().vertices) {
+    for (const auto& entry : edit_.log().vertices) {
+      const VertexId id = entry.first;
       if (!mesh_.IsLive(id)) continue;
       for (const TriangleId fan : FansOf(mesh_, id)) {
         star_.Gather(mesh_, id, fan);

@@ -32,8 +32,8 @@ install(DIRECTORY ${PROJECT_SOURCE_DIR}/core/ DESTINATION ${CMAKE_INSTALL_INCLUD
         FILES_MATCHING PATTERN *.h)
 if(TARGET pliant_client)
   # The other headers of client/cpp are its own affair: they show the wire.
-  foreach(header IN ITEMS client.h mesh_replica.h session.h
-          subscription.h types.h)
+  foreach(header IN ITEMS client.h job_types.h mesh_replica.h session.h subscription.h
+          types.h)
     install(FILES ${PROJECT_SOURCE_DIR}/client/cpp/${header}
             DESTINATION ${CMAKE_INSTALL_INCLUDEDIR}/pliant/client/cpp)
   endforeach()

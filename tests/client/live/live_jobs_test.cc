@@ -76,8 +76,7 @@ TEST_F(LiveJobs, TellWhatWasWrongWithTheirInput) {
 TEST_F(LiveJobs, AreListedAndCancelled) {
   ASSERT_TRUE(client_.SubmitJob(Square(), Size(kEndless), {.job_id = "a"}).ok());
   ASSERT_TRUE(client_.SubmitJob(Square(), Size(kEndless), {.job_id = "b"}).ok());
-  EXPECT_EQ(client_.SubmitJob(Square(), Size("1"), {.job_id = "b"}).error().code,
-            kJobExists);
+  EXPECT_EQ(client_.SubmitJob(Square(), Size("1"), {.job_id = "b"}).error().code, kJobExists);
   const std::vector<JobInfo> jobs = client_.ListJobs().value();
   ASSERT_EQ(jobs.size(), 2U);
   EXPECT_EQ(jobs[0].job_id, "b") << "the newest first";
