@@ -19,16 +19,24 @@ enum class SpecKind : std::uint8_t { kNone = 0, kTensor = 1, kSize = 2, kBackgro
 
 // Rows of numbers of one type without padding, as one column of that type.
 template <class Number, class Row>
+constexpr std::size_t WidthOf() {
+  static_assert(std::is_trivially_copyable_v<Row> && std::is_arithmetic_v<Number>);
+  constexpr std::size_t kRowSize = sizeof(Row);
+  constexpr std::size_t kNumberSize = sizeof(Number);
+  static_assert(kRowSize % kNumberSize == 0);
+  return kRowSize / kNumberSize;
+}
+
+template <class Number, class Row>
 void PutRows(const std::vector<Row>& rows, ByteWriter& writer) {
-  static_assert(std::is_trivially_copyable_v<Row> && sizeof(Row) % sizeof(Number) == 0);
   writer.PutColumn(std::span<const Number>(reinterpret_cast<const Number*>(rows.data()),
-                                           rows.size() * (sizeof(Row) / sizeof(Number))));
+                                           rows.size() * WidthOf<Number, Row>()));
 }
 
 template <class Number, class Row>
 void TakeRows(ByteReader& reader, std::vector<Row>& rows) {
   const std::vector<Number> column = reader.TakeColumn<Number>();
-  constexpr std::size_t kWidth = sizeof(Row) / sizeof(Number);
+  constexpr std::size_t kWidth = WidthOf<Number, Row>();
   if (column.size() % kWidth != 0) return reader.Fail();
   rows.resize(column.size() / kWidth);
   if (!rows.empty())

@@ -32,18 +32,16 @@ void Session::RequestSleep() {
 }
 
 void Session::Delete(Error error, std::function<void(const Status&)> done) {
-  bool is_deleting = false;
   {
     const std::lock_guard lock(mutex_);
-    is_deleting = delete_done_ != nullptr;
-    if (!is_deleting) delete_done_ = done;
     if (!close_error_) close_error_ = error;
     stop_advance_ = true;
+    if (delete_done_ == nullptr) delete_done_ = std::exchange(done, nullptr);
   }
-  if (is_deleting) {
-    done(error);
-  } else {
+  if (done == nullptr) {
     Wake();
+  } else {
+    done(std::move(error));  // Somebody else is deleting it.
   }
 }
 

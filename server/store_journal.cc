@@ -81,7 +81,7 @@ Status StoreJournal::Compact(const Compactor& compactor) {
                        });
     return {};
   };
-  const Status status = work();
+  Status status = work();
   // Otherwise it is the last write that says so; a journal that cannot be compacted grows, and is
   // tried again when it has grown by as much.
   if (!status.ok()) {

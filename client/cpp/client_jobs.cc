@@ -86,7 +86,7 @@ Result<JobInfo> Client::WaitForJob(const std::string& job_id, const JobWait& wai
   steady_clock::time_point last_answer = begin;
   Backoff backoff(/*seed=*/std::hash<std::string>()(job_id));
   for (;;) {
-    const Result<JobInfo> job = GetJob(job_id);
+    Result<JobInfo> job = GetJob(job_id);
     const steady_clock::time_point now = steady_clock::now();
     if (job.ok()) {
       last_answer = now;

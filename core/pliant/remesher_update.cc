@@ -66,14 +66,14 @@ Status Remesher::Impl::Change(MeshChange& change) {
   followed_.BeforeTrial();
   MeshEdit::Trial trial = edit_.BeginTrial();
   Result<MeshChange::Outcome> outcome = change.Apply(edit_);
-  const Status kept = outcome.ok() ? CheckFrozenKept(mesh_, edit_.log()) : Status(outcome.error());
+  Status kept = outcome.ok() ? CheckFrozenKept(mesh_, edit_.log()) : Status(outcome.error());
   if (kept.ok()) {
     edit_.Keep(std::move(trial));
   } else {
     edit_.Undo(std::move(trial));
   }
   followed_.AfterTrial();
-  PLIANT_RETURN_IF_ERROR(kept);
+  if (!kept.ok()) return kept.error();
   followed_.MeshMoved();
   WantedTensors wanted{std::move(outcome->moved), {}};
   for (const VertexId vertex : wanted.vertices) {

@@ -171,7 +171,7 @@ Result<std::optional<JobInfo>> DurableJobStore::Read(const StoredHead& stored) {
 Result<Epoch> DurableJobStore::EpochOf(const JobKey& key) {
   const std::lock_guard lock(claim_mutex_);
   if (const auto found = epochs_.find(key); found != epochs_.end()) return found->second;
-  const Result<Epoch> epoch = store_.Claim(KeyOf(key));
+  Result<Epoch> epoch = store_.Claim(KeyOf(key));
   if (!epoch.ok()) return Named(epoch.error());
   epochs_[key] = *epoch;
   return epoch;

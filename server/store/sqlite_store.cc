@@ -261,6 +261,7 @@ std::vector<Status> SqliteStore::Try(const std::vector<Write>& writes) {
   }
   try {
     std::vector<Status> results;
+    results.reserve(writes.size());
     writer_->Run("BEGIN IMMEDIATE");
     for (const Write& write : writes) results.push_back(write.work(*writer_));
     writer_->Run("COMMIT");
