@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/mesh/mesh_delta.h"
 
 namespace pliant {
 namespace {
@@ -38,22 +39,6 @@ std::vector<Row> TakeRows(ByteReader& reader) {
     std::memcpy(static_cast<void*>(rows.data()), numbers.data(), rows.size() * sizeof(Row));
   }
   return rows;
-}
-
-void PutSummary(const MeshSummary& summary, ByteWriter& writer) {
-  writer.Put(summary.vertex_count);
-  writer.Put(summary.triangle_count);
-  writer.Put(summary.edge_count);
-  writer.Put(summary.state_hash);
-}
-
-MeshSummary TakeSummary(ByteReader& reader) {
-  MeshSummary summary;
-  summary.vertex_count = reader.Take<std::int32_t>();
-  summary.triangle_count = reader.Take<std::int32_t>();
-  summary.edge_count = reader.Take<std::int32_t>();
-  summary.state_hash = reader.Take<std::uint64_t>();
-  return summary;
 }
 
 FieldChange TakeField(ByteReader& reader) {
@@ -140,7 +125,7 @@ Bytes WriteMeshSnapshot(const MeshDiff& snapshot) {
   PLIANT_CHECK(snapshot.base_revision == Revision::kNone && snapshot.removed_vertices.empty());
   ByteWriter writer;
   writer.Put(static_cast<std::int64_t>(snapshot.revision));
-  PutSummary(snapshot.summary, writer);
+  WriteSummary(snapshot.summary, writer);
   PutRows<std::int32_t>(snapshot.vertex_ids, writer);
   PutRows<double>(snapshot.vertex_positions, writer);
   PutRows<std::int32_t>(snapshot.triangle_ids, writer);
@@ -167,7 +152,7 @@ Result<MeshDiff> ReadMeshSnapshot(std::span<const std::byte> bytes) {
   ByteReader reader(payload);
   MeshDiff mesh;
   mesh.revision = Revision(reader.Take<std::int64_t>());
-  mesh.summary = TakeSummary(reader);
+  mesh.summary = ReadSummary(reader);
   mesh.vertex_ids = TakeRows<std::int32_t, VertexId>(reader);
   mesh.vertex_positions = TakeRows<double, Vec2>(reader);
   mesh.triangle_ids = TakeRows<std::int32_t, TriangleId>(reader);
