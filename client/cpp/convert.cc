@@ -16,13 +16,6 @@ using std::chrono::milliseconds;
 using wire::ColumnReader;
 using wire::ColumnWriter;
 
-template <class... Visitors>
-struct Overloaded : Visitors... {
-  using Visitors::operator()...;
-};
-template <class... Visitors>
-Overloaded(Visitors...) -> Overloaded<Visitors...>;
-
 using Pair = std::array<std::int32_t, 2>;
 using Triple = std::array<std::int32_t, 3>;
 

@@ -11,13 +11,6 @@ namespace {
 using wire::ColumnReader;
 using wire::ColumnWriter;
 
-template <class... Visitors>
-struct Overloaded : Visitors... {
-  using Visitors::operator()...;
-};
-template <class... Visitors>
-Overloaded(Visitors...) -> Overloaded<Visitors...>;
-
 template <class Id>
 v1::Array Numbers(std::span<const Id> rows, ColumnWriter& columns) {
   return columns.Write<std::int32_t, 1>(rows);

@@ -18,6 +18,14 @@
 /// convert.h. Elements are those of `revision`.
 namespace pliant::client {
 
+/// One visitor of a variant, made of a function for each alternative.
+template <class... Visitors>
+struct Overloaded : Visitors... {
+  using Visitors::operator()...;
+};
+template <class... Visitors>
+Overloaded(Visitors...) -> Overloaded<Visitors...>;
+
 [[nodiscard]] v1::BoundaryUpdate ToWire(const MotionRequest& motion, Revision revision,
                                         wire::ColumnWriter& columns);
 
