@@ -11,6 +11,9 @@ namespace pliant {
 template <class T>
 class Lazy {
  public:
+  /// True if the value is there.
+  [[nodiscard]] bool made() const { return state_.load(std::memory_order_acquire) == kMade; }
+
   /// @param make  returns the value; called once, or again if it threw.
   template <class Make>
   const T& Get(Make&& make) {

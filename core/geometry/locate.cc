@@ -13,47 +13,60 @@ namespace pliant {
 namespace {
 
 /// A walk that has not arrived after this many triangles is slower than the tree, or in a cycle.
-constexpr int kWalkStepsMax = 64;
+constexpr std::int64_t kWalkStepsMax = 64;
+
+/// A way from one end of a triangulation to the other takes at most so many times the root of the
+/// number of its triangles, unless they are very unequal.
+constexpr std::int64_t kRowsToCross = 4;
+
+/// A tree costs some 50 steps of a walk for each triangle, a far walk one or two rows.
+constexpr std::int64_t kFarWalksPerRow = 16;
 
 std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 
 TriangleLocator::TriangleLocator(std::vector<Vec2> points,
-                                 std::vector<std::array<std::int32_t, 3>> triangles)
+                                 const std::vector<std::array<std::int32_t, 3>>& triangles)
     : points_(std::move(points)),
-      triangles_(std::move(triangles)),
-      neighbors_(FindNeighbors(triangles_, static_cast<std::int32_t>(points_.size()))),
       lowest_triangle_(points_.size(), -1),
-      tree_(std::make_unique<Lazy<BoxTree>>()) {
-  PLIANT_CHECK(!triangles_.empty());
-  for (std::size_t t = triangles_.size(); t-- > 0;) {
-    for (std::int32_t corner : triangles_[t]) {
+      row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(triangles.size())))),
+      lazy_tree_(std::make_unique<LazyTree>()) {
+  PLIANT_CHECK(!triangles.empty());
+  const std::vector<std::array<std::int32_t, 3>> neighbors =
+      FindNeighbors(triangles, static_cast<std::int32_t>(points_.size()));
+  links_.reserve(triangles.size());
+  for (std::size_t t = 0; t < triangles.size(); ++t) links_.push_back({triangles[t], neighbors[t]});
+  for (std::size_t t = triangles.size(); t-- > 0;) {
+    for (std::int32_t corner : triangles[t]) {
       lowest_triangle_[AsIndex(corner)] = static_cast<std::int32_t>(t);
     }
   }
 }
 
 Location TriangleLocator::Locate(Vec2 p, std::int32_t hint) const {
-  const bool hinted = IsTriangle(hint);
-  // Without a hint a way across the whole triangulation is still cheaper than making the tree.
-  const Location end =
-      WalkStraight(p, hinted ? hint : 0, hinted ? kWalkStepsMax : kWalkStepsMax + CrossingSteps());
+  Location end = WalkStraight(p, IsTriangle(hint) ? hint : 0, kWalkStepsMax);
   if (end.inside) return end;
+  if (MayWalkFar()) {
+    end = WalkStraight(p, end.triangle, kRowsToCross * row_);
+    if (end.inside) return end;
+  }
   const std::int32_t triangle = Walk(p, end.triangle);
   return triangle >= 0 ? Canonical(p, triangle) : Search(p);
 }
 
-std::size_t TriangleLocator::CrossingSteps() const {
-  return 4 * static_cast<std::size_t>(std::sqrt(static_cast<double>(triangles_.size())));
+/// As long as there is no tree, some ways across the whole triangulation cost less than to make it.
+bool TriangleLocator::MayWalkFar() const {
+  if (lazy_tree_->tree.made()) return false;
+  return lazy_tree_->far_walks.fetch_add(1, std::memory_order_relaxed) < kFarWalksPerRow * row_;
 }
 
 /// The usual case without exact arithmetic: leaves each triangle by the side that p is farthest
 /// beyond, and answers if p ends up inside a triangle and clear of its sides. Otherwise the answer
 /// is not `inside` and has only the triangle where the walk ended.
-Location TriangleLocator::WalkStraight(Vec2 p, std::int32_t start, std::size_t steps_max) const {
+Location TriangleLocator::WalkStraight(Vec2 p, std::int32_t start, std::int64_t steps_max) const {
   std::int32_t at = start;
-  for (std::size_t step = 0; step < steps_max; ++step) {
+  for (std::int64_t step = 0; step < steps_max; ++step) {
     const std::array<Vec2, 3> corners = Corners(at);
     const std::array<Vec2, 3> to = {corners[0] - p, corners[1] - p, corners[2] - p};
     const std::array<double, 3> areas = {Cross(to[1], to[2]), Cross(to[2], to[0]),
@@ -66,7 +79,7 @@ Location TriangleLocator::WalkStraight(Vec2 p, std::int32_t start, std::size_t s
     }
     std::size_t side = areas[1] < areas[0] ? 1 : 0;
     if (areas[2] < areas[side]) side = 2;
-    const std::int32_t next = areas[side] < 0 ? neighbors_[AsIndex(at)][side] : -1;
+    const std::int32_t next = areas[side] < 0 ? neighbors(at)[side] : -1;
     if (next < 0) break;
     at = next;
   }
@@ -81,7 +94,7 @@ std::int32_t TriangleLocator::Walk(Vec2 p, std::int32_t start) const {
   std::int32_t at = start;
   for (int step = 0; step < kWalkStepsMax; ++step) {
     const std::array<Vec2, 3> corners = Corners(at);
-    const std::array<std::int32_t, 3>& across = neighbors_[AsIndex(at)];
+    const std::array<std::int32_t, 3>& across = neighbors(at);
     bool is_outside = false;
     std::int32_t next = -1;
     for (int k = 0; k < 3 && next < 0; ++k) {
@@ -104,11 +117,11 @@ Location TriangleLocator::Canonical(Vec2 p, std::int32_t triangle) const {
   std::int32_t lowest = triangle;
   for (std::size_t i = 0; i < 3; ++i) {
     if (signs[i] != 0) continue;
-    const std::int32_t across = neighbors_[AsIndex(triangle)][i];
+    const std::int32_t across = neighbors(triangle)[i];
     if (across >= 0) lowest = std::min(lowest, across);
     const std::size_t j = (i + 1) % 3;
     if (signs[j] == 0) {  // On both sides: at the corner where they meet.
-      lowest = lowest_triangle_[AsIndex(triangles_[AsIndex(triangle)][(i + 2) % 3])];
+      lowest = lowest_triangle_[AsIndex(corners(triangle)[(i + 2) % 3])];
       break;
     }
   }
@@ -143,11 +156,11 @@ Location TriangleLocator::Search(Vec2 p) const {
 }
 
 const BoxTree& TriangleLocator::Tree() const {
-  return tree_->Get([this] {
+  return lazy_tree_->tree.Get([this] {
     std::vector<BoundingBox> boxes;
-    boxes.reserve(triangles_.size());
-    for (std::size_t t = 0; t < triangles_.size(); ++t) {
-      const auto [a, b, c] = Corners(static_cast<std::int32_t>(t));
+    boxes.reserve(links_.size());
+    for (std::int32_t t = 0; t < triangle_count(); ++t) {
+      const auto [a, b, c] = Corners(t);
       boxes.push_back({{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y})},
                        {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y})}});
     }

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
@@ -8,6 +9,7 @@
 #include <vector>
 
 #include "core/base/lazy.h"
+#include "core/base/prefetch.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/vec2.h"
 
@@ -36,48 +38,66 @@ class TriangleLocator {
   /// @pre A valid triangulation: no overlaps, no two triangles on the same side of an edge, no
   ///      vertex inside an edge. Where it is not valid, the answer is one of those possible.
   ///      Indices out of range are a bug of the caller.
-  TriangleLocator(std::vector<Vec2> points, std::vector<std::array<std::int32_t, 3>> triangles);
+  TriangleLocator(std::vector<Vec2> points,
+                  const std::vector<std::array<std::int32_t, 3>>& triangles);
 
   [[nodiscard]] std::span<const Vec2> points() const { return points_; }
-  [[nodiscard]] std::span<const std::array<std::int32_t, 3>> triangles() const {
-    return triangles_;
+  [[nodiscard]] std::int32_t triangle_count() const {
+    return static_cast<std::int32_t>(links_.size());
   }
-  /// Triangles across the side opposite each corner; -1 where there is none.
-  [[nodiscard]] std::span<const std::array<std::int32_t, 3>> neighbors() const {
-    return neighbors_;
+  /// Indices of the corners of triangle t into points(), counter-clockwise.
+  [[nodiscard]] const std::array<std::int32_t, 3>& corners(std::int32_t t) const {
+    return links_[static_cast<std::size_t>(t)].corners;
+  }
+  /// Triangles across the side opposite each corner of triangle t; -1 where there is none.
+  [[nodiscard]] const std::array<std::int32_t, 3>& neighbors(std::int32_t t) const {
+    return links_[static_cast<std::size_t>(t)].neighbors;
   }
 
-  /// Walks from triangle `hint` towards p; where that does not arrive soon (far away, round a
-  /// corner, out of the domain), asks a tree of boxes. Distances to points outside are rounded to
-  /// nearest; all else is exact.
+  /// Walks from triangle `hint` towards p; where that does not arrive soon (round a corner, out of
+  /// the domain, far away again and again), asks a tree of boxes. Distances to points outside are
+  /// rounded to nearest; all else is exact.
   ///
   /// @param p     finite.
   /// @param hint  where the search begins; any number, best the last answer for a point nearby.
   /// @par Cost    tens of ns from a good hint, else O(log n) for well-shaped triangles.
   [[nodiscard]] Location Locate(Vec2 p, std::int32_t hint) const;
 
- private:
-  [[nodiscard]] bool IsTriangle(std::int32_t t) const {
-    return t >= 0 && t < static_cast<std::int32_t>(triangles_.size());
+  [[nodiscard]] bool IsTriangle(std::int32_t t) const { return t >= 0 && t < triangle_count(); }
+
+  /// Has the memory fetch what Locate reads first from this hint, whatever number that is.
+  void Prefetch(std::int32_t hint) const {
+    if (IsTriangle(hint)) PrefetchToRead(&links_[static_cast<std::size_t>(hint)]);
   }
+
+ private:
+  /// What a walk reads of a triangle, in one place.
+  struct Links {
+    std::array<std::int32_t, 3> corners;
+    std::array<std::int32_t, 3> neighbors;
+  };
+  struct LazyTree {
+    Lazy<BoxTree> tree;
+    std::atomic<std::int64_t> far_walks = 0;
+  };
+
   [[nodiscard]] std::array<Vec2, 3> Corners(std::int32_t t) const {
-    const auto& [a, b, c] = triangles_[static_cast<std::size_t>(t)];
+    const auto& [a, b, c] = corners(t);
     return {points_[static_cast<std::size_t>(a)], points_[static_cast<std::size_t>(b)],
             points_[static_cast<std::size_t>(c)]};
   }
-  /// Steps of a walk that may lead from one end of the triangulation to the other.
-  [[nodiscard]] std::size_t CrossingSteps() const;
-  [[nodiscard]] Location WalkStraight(Vec2 p, std::int32_t start, std::size_t steps_max) const;
+  [[nodiscard]] bool MayWalkFar() const;
+  [[nodiscard]] Location WalkStraight(Vec2 p, std::int32_t start, std::int64_t steps_max) const;
   [[nodiscard]] std::int32_t Walk(Vec2 p, std::int32_t start) const;
   [[nodiscard]] Location Canonical(Vec2 p, std::int32_t triangle) const;
   [[nodiscard]] Location Search(Vec2 p) const;
   [[nodiscard]] const BoxTree& Tree() const;
 
   std::vector<Vec2> points_;
-  std::vector<std::array<std::int32_t, 3>> triangles_;
-  std::vector<std::array<std::int32_t, 3>> neighbors_;
+  std::vector<Links> links_;
   std::vector<std::int32_t> lowest_triangle_;  ///< Of each point; -1 for a point of no triangle.
-  std::unique_ptr<Lazy<BoxTree>> tree_;        ///< Made at the first question that needs it.
+  std::int64_t row_ = 0;                 ///< The root of the number of triangles: a way across.
+  std::unique_ptr<LazyTree> lazy_tree_;  ///< Made at the first question that needs it.
 };
 
 /// For each triangle, the triangles across the sides opposite its corners; -1 where there is none.

@@ -9,6 +9,7 @@
 #include <string>
 #include <utility>
 
+#include "core/base/prefetch.h"
 #include "core/geometry/predicates.h"
 #include "core/metric/saved_field.h"
 
@@ -148,7 +149,7 @@ Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundM
 }
 
 std::unique_ptr<BackgroundField> BackgroundField::Restore(
-    std::vector<Vec2> points, std::vector<std::array<std::int32_t, 3>> triangles,
+    std::vector<Vec2> points, const std::vector<std::array<std::int32_t, 3>>& triangles,
     std::vector<LogMetric> logs) {
   if (triangles.empty() || logs.size() != points.size()) return nullptr;
   for (const auto& corners : triangles) {
@@ -157,7 +158,7 @@ std::unique_ptr<BackgroundField> BackgroundField::Restore(
     }
   }
   if (!std::ranges::all_of(points, [](Vec2 p) { return IsFinite(p); })) return nullptr;
-  TriangleLocator locator(std::move(points), std::move(triangles));
+  TriangleLocator locator(std::move(points), triangles);
   return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
 }
 
@@ -168,8 +169,10 @@ Status BackgroundField::Save(ByteWriter& writer) const {
   for (const Vec2 p : locator_.points()) values.insert(values.end(), {p.x, p.y});
   writer.PutColumn(values);
   std::vector<std::int32_t> corners;
-  corners.reserve(3 * locator_.triangles().size());
-  for (const auto& t : locator_.triangles()) corners.insert(corners.end(), t.begin(), t.end());
+  corners.reserve(3 * static_cast<std::size_t>(locator_.triangle_count()));
+  for (std::int32_t t = 0; t < locator_.triangle_count(); ++t) {
+    corners.insert(corners.end(), locator_.corners(t).begin(), locator_.corners(t).end());
+  }
   writer.PutColumn(corners);
   values.clear();
   for (const LogMetric& log : logs_) values.insert(values.end(), {log.l11, log.l12, log.l22});
@@ -179,13 +182,21 @@ Status BackgroundField::Save(ByteWriter& writer) const {
 
 std::size_t BackgroundField::bytes() const {
   // Triangles, their neighbours and the boxes of the tree; points, their triangle and logarithms.
-  return 100 * locator_.triangles().size() + 44 * logs_.size();
+  return 100 * static_cast<std::size_t>(locator_.triangle_count()) + 44 * logs_.size();
+}
+
+void BackgroundField::PrefetchBehindHint(std::int32_t hint) const {
+  if (!locator_.IsTriangle(hint)) return;
+  for (const std::int32_t corner : locator_.corners(hint)) {
+    PrefetchToRead(&locator_.points()[static_cast<std::size_t>(corner)]);
+    PrefetchToRead(&logs_[static_cast<std::size_t>(corner)]);
+  }
 }
 
 Metric BackgroundField::At(Vec2 p, std::int32_t& hint) const {
   const Location location = locator_.Locate(p, hint);
   hint = location.triangle;
-  const auto& corners = locator_.triangles()[static_cast<std::size_t>(location.triangle)];
+  const auto& corners = locator_.corners(location.triangle);
   LogMetric mean = location.weights[0] * logs_[static_cast<std::size_t>(corners[0])];
   for (std::size_t k = 1; k < 3; ++k) {
     mean = mean + location.weights[k] * logs_[static_cast<std::size_t>(corners[k])];

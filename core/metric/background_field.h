@@ -31,11 +31,14 @@ class BackgroundField final : public MetricField {
   /// The same from the logarithms of bounded tensors, as Save wrote them: nothing is computed anew.
   /// Nothing where the arrays fit no field.
   [[nodiscard]] static std::unique_ptr<BackgroundField> Restore(
-      std::vector<Vec2> points, std::vector<std::array<std::int32_t, 3>> triangles,
+      std::vector<Vec2> points, const std::vector<std::array<std::int32_t, 3>>& triangles,
       std::vector<LogMetric> logs);
 
   /// @par Cost  a walk of a few triangles from a good hint, two exponentials.
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
+
+  void PrefetchHint(std::int32_t hint) const override { locator_.Prefetch(hint); }
+  void PrefetchBehindHint(std::int32_t hint) const override;
 
   [[nodiscard]] Status Save(ByteWriter& writer) const override;
   [[nodiscard]] std::size_t bytes() const override;

@@ -34,6 +34,11 @@ class MetricField {
     return At(p, hint);
   }
 
+  /// Says that At will soon be asked with this hint, so that the memory can be fetched by then:
+  /// first what the hint names, later, when that is there, what it leads to. Any hint will do.
+  virtual void PrefetchHint(std::int32_t /*hint*/) const {}
+  virtual void PrefetchBehindHint(std::int32_t /*hint*/) const {}
+
   /// A question since the field was made that it had no usable answer to: an expression that is
   /// NaN or not positive definite at a point of the domain (kExpressionValue, the point in the
   /// message); of several, the one at the lowest x, then y, whatever their order. `At` answered

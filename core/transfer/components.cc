@@ -53,7 +53,7 @@ void OverlapComponents::Finish(const RegionLocator& locator) {
 void OverlapComponents::JoinOrphans(const RegionLocator& locator) {
   for (std::size_t t = 0; t < before_count_; ++t) {
     if (met_[t]) continue;
-    for (const std::int32_t neighbor : locator.neighbors()[t]) {
+    for (const std::int32_t neighbor : locator.neighbors(static_cast<std::int32_t>(t))) {
       if (neighbor >= 0) Join(t, static_cast<std::size_t>(neighbor));
     }
   }

@@ -105,7 +105,7 @@ void OverlapFinder::Flood(std::int32_t seed, const std::array<Vec2, 3>& corners)
       if (std::ranges::none_of(signs[side], [](int sign) { return sign < 0; })) continue;
       overlap.polygon =
           Clip(overlap.polygon, old[(side + 1) % 3] - origin, old[(side + 2) % 3] - origin);
-      const std::int32_t beyond = locator_.neighbors()[static_cast<std::size_t>(before)][side];
+      const std::int32_t beyond = locator_.neighbors(before)[side];
       if (beyond >= 0) stack_.push_back(beyond);
     }
     overlaps_.push_back(overlap);

@@ -27,9 +27,9 @@ class RegionLocator {
     return before_.Locate(p, hints_[static_cast<std::size_t>(vertex)]);
   }
 
-  /// Neighbours of the old triangles within the region.
-  [[nodiscard]] std::span<const std::array<std::int32_t, 3>> neighbors() const {
-    return before_.neighbors();
+  /// Neighbours of old triangle t within the region.
+  [[nodiscard]] const std::array<std::int32_t, 3>& neighbors(std::int32_t t) const {
+    return before_.neighbors(t);
   }
 
  private:

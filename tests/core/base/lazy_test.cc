@@ -32,7 +32,9 @@ TEST(Lazy, MakesItsValueOnce) {
 TEST(Lazy, TriesAgainAfterAnException) {
   Lazy<int> lazy;
   EXPECT_THROW((void)lazy.Get([]() -> int { throw std::runtime_error("x"); }), std::runtime_error);
+  EXPECT_FALSE(lazy.made());
   EXPECT_EQ(lazy.Get([] { return 3; }), 3);
+  EXPECT_TRUE(lazy.made());
   EXPECT_EQ(lazy.Get([] { return 4; }), 3);
 }
 

@@ -181,6 +181,36 @@ TEST(TriangleLocator, AgreesWithBruteForceOnACurvedMesh) {
   CheckAgainstBruteForce(HoledGrid(Curved, rng), rng);
 }
 
+// Goal: the answers stay the same when far walks give way to the tree.
+// Method: more questions than there are far walks, with hints at the other end of the mesh; the
+// answer must hold the point, and be the one that the best of all hints leads to.
+TEST(TriangleLocator, FindsPointsFarFromTheHint) {
+  constexpr std::int32_t kCells = 100;
+  Mesh mesh;
+  for (std::int32_t y = 0; y <= kCells; ++y) {
+    for (std::int32_t x = 0; x <= kCells; ++x) mesh.points.push_back({1.0 * x, 1.0 * y});
+  }
+  for (std::int32_t y = 0; y < kCells; ++y) {
+    for (std::int32_t x = 0; x < kCells; ++x) {
+      const std::int32_t a = y * (kCells + 1) + x;
+      mesh.triangles.push_back({a, a + 1, a + kCells + 2});
+      mesh.triangles.push_back({a, a + kCells + 2, a + kCells + 1});
+    }
+  }
+  const TriangleLocator locator(mesh.points, mesh.triangles);
+  Rng rng(23);
+  for (int i = 0; i < 10'000; ++i) {
+    const Vec2 p{kCells * rng.Unit(), kCells * rng.Unit()};
+    const std::int32_t far = p.x + p.y < kCells ? locator.triangle_count() - 1 : 0;
+    const Location found = locator.Locate(p, far);
+    ASSERT_TRUE(found.inside) << i;
+    ASSERT_TRUE(Holds(mesh, static_cast<std::size_t>(found.triangle), p)) << i;
+    const Location near = locator.Locate(p, found.triangle);
+    ASSERT_EQ(found.triangle, near.triangle) << i;
+    ASSERT_EQ(found.weights, near.weights) << i;
+  }
+}
+
 // Goal: the weights along a side are exactly 0 off it, so that a field that is continuous across
 // the side has one value there.
 TEST(TriangleLocator, GivesNoWeightToCornersOffTheSide) {

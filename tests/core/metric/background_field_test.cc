@@ -81,6 +81,16 @@ TEST(BackgroundField, GivesTheSameBitsWithAnyHint) {
   }
 }
 
+// Goal: to fetch memory ahead is safe with whatever number a hint has, for kept hints may be those
+// of another field.
+TEST(BackgroundField, FetchesAheadWithAnyHint) {
+  const auto field = BackgroundField::Make(Example(3), {}).value();
+  for (const std::int32_t hint : {-1, 0, 1, 2, 1'000'000'000, INT32_MIN, INT32_MAX}) {
+    field->PrefetchHint(hint);
+    field->PrefetchBehindHint(hint);
+  }
+}
+
 TEST(BackgroundField, HoldsTheNearestValueOutside) {
   const auto field = BackgroundField::Make(Example(4), {}).value();
   EXPECT_LT(Difference(Ask(*field, {0.3, 7}), Linear({0.3, 1})), 1e-12);
