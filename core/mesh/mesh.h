@@ -9,6 +9,7 @@
 #include "core/base/check.h"
 #include "core/base/ids.h"
 #include "core/base/large_pages.h"
+#include "core/base/prefetch.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/slots.h"
 #include "core/metric/metric.h"
@@ -104,6 +105,10 @@ class Mesh {
     return triangles_[id.index()];
   }
   [[nodiscard]] const EdgeRecord& edge(EdgeId id) const { return edges_[id.index()]; }
+  /// Asks the memory for a record that will be read soon. Changes nothing but the time that takes.
+  void Prefetch(VertexId id) const { PrefetchToRead(&vertices_[id.index()]); }
+  void Prefetch(TriangleId id) const { PrefetchToRead(&triangles_[id.index()]); }
+
   [[nodiscard]] Vec2 position(VertexId id) const { return vertices_[id.index()].position; }
   [[nodiscard]] const Metric& metric(VertexId id) const { return vertices_[id.index()].metric; }
 

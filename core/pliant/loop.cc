@@ -18,6 +18,9 @@ namespace {
 /// A cancel shall take effect within milliseconds; a visit takes well under a microsecond.
 constexpr std::int64_t kVisitsBetweenPolls = 256;
 
+/// A vertex is asked for so many visits before its own, about the time that memory takes.
+constexpr std::size_t kNodesAhead = 6;
+
 /// A neighbour that sleeps is woken when a node has moved this far since it last was, in metric
 /// length: waking it for less lets a disturbance of one node run through a whole mesh.
 constexpr double kWakingDrift = 0.15;
@@ -84,6 +87,7 @@ StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
       continue;
     }
     const VertexId node = paper ? state_.queue.PopRandom(state_.rng) : state_.queue.PopFirst();
+    if (!paper) PrefetchAhead(field);
     if (!mesh_.IsLive(node) || !mesh_.vertex(node).visit.active) continue;
     if (edit_.territory() != nullptr && !MayVisit(*edit_.territory(), node)) {
       aside_.push_back(node);
@@ -99,6 +103,26 @@ StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
     ++state_.visits_in_update;
   }
   return state_.counts.refused_at_limit > 0 ? StopReason::kVertexLimit : StopReason::kConverged;
+}
+
+void PliantLoop::PrefetchAhead(const MetricField& field) const {
+  if (const VertexId far = state_.queue.Ahead(kNodesAhead); far.valid()) {
+    mesh_.Prefetch(far);
+    field.PrefetchHint(mesh_.hint(far));
+  }
+  if (const VertexId near = state_.queue.Ahead(kNodesAhead / 2); near.valid()) {
+    const TriangleId triangle = mesh_.vertex(near).triangle;
+    if (triangle.valid()) mesh_.Prefetch(triangle);
+    field.PrefetchBehindHint(mesh_.hint(near));
+  }
+  if (const VertexId next = state_.queue.Ahead(0); next.valid()) {
+    const TriangleId triangle = mesh_.vertex(next).triangle;
+    if (!triangle.valid()) return;
+    for (const TriangleId neighbor : mesh_.triangle(triangle).neighbors) {
+      if (neighbor.valid()) mesh_.Prefetch(neighbor);
+    }
+    for (const VertexId corner : mesh_.triangle(triangle).vertices) mesh_.Prefetch(corner);
+  }
 }
 
 void PliantLoop::Renumber(std::span<const VertexId> new_ids) {

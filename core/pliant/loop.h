@@ -154,6 +154,10 @@ class PliantLoop {
     double alpha = 0;
   };
 
+  /// Has the memory fetch what the next visits read: without it a visit in a large mesh spends a
+  /// fifth of its time on waiting for the first triangle.
+  void PrefetchAhead(const MetricField& field) const;
+
   [[nodiscard]] Heat HeatOf(const VisitState& visit) const;
   [[nodiscard]] VisitState CurrentVisit(VertexId node) const;
   /// Makes a node as awake as a new one. @return true if it was not in the queue

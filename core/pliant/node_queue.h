@@ -45,6 +45,11 @@ class NodeQueue {
     return std::exchange(nodes_, {});
   }
 
+  /// The entry that PopFirst gives after `count` others; none if there are fewer.
+  [[nodiscard]] VertexId Ahead(std::size_t count) const {
+    return head_ + count < nodes_.size() ? nodes_[head_ + count] : VertexId();
+  }
+
   [[nodiscard]] bool empty() const { return head_ == nodes_.size(); }
   [[nodiscard]] std::size_t size() const { return nodes_.size() - head_; }
 

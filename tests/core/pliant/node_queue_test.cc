@@ -28,6 +28,15 @@ TEST(NodeQueue, IsFirstInFirstOutAlsoWhenItCompacts) {
   }
 }
 
+TEST(NodeQueue, SeesWhatComes) {
+  NodeQueue queue;
+  for (int i = 0; i < 5; ++i) queue.Push(VertexId(i));
+  queue.PopFirst();
+  EXPECT_EQ(queue.Ahead(0), VertexId(1));
+  EXPECT_EQ(queue.Ahead(3), VertexId(4));
+  EXPECT_FALSE(queue.Ahead(4).valid());
+}
+
 TEST(NodeQueue, TakesEveryEntryOnceAtRandom) {
   NodeQueue queue;
   for (int i = 0; i < 100; ++i) queue.Push(VertexId(i));
