@@ -124,8 +124,14 @@ Result<MeshPlan> PlanDomain(const Domain& domain) {
     plan.edges.push_back({ends, {0, 1}, segment.tag, static_cast<std::int32_t>(i)});
     plan.segments.push_back({ends[0], ends[1]});
   }
+  std::vector<bool> on_line(domain.points.size(), false);
+  for (const Segment& segment : domain.segments) {
+    on_line[static_cast<std::size_t>(segment.a)] = true;
+    on_line[static_cast<std::size_t>(segment.b)] = true;
+  }
   for (std::size_t i = 0; i < domain.points.size(); ++i) {
     plan.fixed.push_back(VertexId::FromIndex(i));
+    if (!on_line[i]) plan.segments.push_back({VertexId::FromIndex(i), VertexId()});
   }
   return plan;
 }

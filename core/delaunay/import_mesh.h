@@ -20,7 +20,8 @@ struct MeshPlan {
 };
 
 /// The plan of a domain's constrained Delaunay triangulation: one edge per segment, every point
-/// fixed. Errors: those of TriangulateDomain.
+/// fixed; points on no segment have a segment record without a line, after the others. Errors:
+/// those of TriangulateDomain.
 [[nodiscard]] Result<MeshPlan> PlanDomain(const Domain& domain);
 
 /// Checks an existing triangulation and recovers its geometry: maximal straight runs of constrained

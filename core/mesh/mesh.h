@@ -81,10 +81,13 @@ struct EdgeRecord {
 template <class Record>
 using MeshVector = LargeVector<Record>;
 
-/// A straight line that constrained edges lie on, by its end vertices, which are fixed.
+/// A straight line that constrained edges lie on, by its end vertices, which are fixed. Without `b`
+/// a given point that is on no line; without `a` too, a place that a later one may take.
 struct SegmentRecord {
   VertexId a;
   VertexId b;
+
+  [[nodiscard]] bool is_line() const { return b.valid(); }
 };
 
 /// Index of the next corner counter-clockwise, and of the one after it.

@@ -277,7 +277,7 @@ struct Slots {
                                r.triangle.valid() && r.segment >= 0));
   }
   [[nodiscard]] bool Fit(const SegmentRecord& r) const {
-    return r.a.valid() && r.b.valid() && MayBe(r.a) && MayBe(r.b);
+    return (r.a.valid() || !r.b.valid()) && MayBe(r.a) && MayBe(r.b);
   }
   [[nodiscard]] bool Fit(const SegmentsAt& at) const {
     bool fit = at.slots >= 0 && at.indices.size() == at.records.size() && FitAll(at.records);

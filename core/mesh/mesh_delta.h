@@ -20,7 +20,7 @@ struct RecordsAt {
   std::vector<Record> records;  ///< One per id.
 };
 
-/// The same for segments, of which none is ever dead.
+/// The same for segments, which are small: without marks of who is dead.
 struct SegmentsAt {
   std::int32_t slots = 0;
   std::vector<std::int32_t> indices;  ///< Ascending; all of those that come anew are named.

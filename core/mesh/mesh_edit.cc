@@ -207,25 +207,8 @@ VertexId MeshEdit::SplitEdge(Side side, Vec2 position, double t_on_segment) {
 void MeshEdit::ReplaceCavity(std::span<const TriangleId> cavity,
                              std::span<const NewTriangle> triangles) {
   std::vector<OuterSide> outer = OuterSidesOf(cavity);
-  std::vector<TriangleId> slots(cavity.begin(), cavity.end());
-  while (slots.size() > triangles.size()) {
-    FreeTriangle(slots.back());
-    slots.pop_back();
-  }
-  while (slots.size() < triangles.size()) slots.push_back(TakeTriangle());
-
-  std::vector<OpenSide> open;
-  for (std::size_t k = 0; k < triangles.size(); ++k) {
-    TriangleRecord& record = TouchTriangle(slots[k]);
-    record.vertices = triangles[k].vertices;
-    record.region = triangles[k].region;
-    record.neighbors = {};
-    record.constrained = 0;
-    for (int side = 0; side < 3; ++side) {
-      open.push_back({At(record.vertices, NextCorner(side)),
-                      At(record.vertices, PreviousCorner(side)), slots[k], side});
-    }
-  }
+  const std::vector<TriangleId> slots = FillSlots(cavity, triangles);
+  const std::vector<OpenSide> open = OpenSidesOf(slots);
   LinkSides(open, outer);
   for (const TriangleId id : slots) {
     PointVerticesAt(id);
@@ -233,6 +216,35 @@ void MeshEdit::ReplaceCavity(std::span<const TriangleId> cavity,
   }
   edges_ahead_ = false;
   CheckAfter(slots);
+}
+
+std::vector<TriangleId> MeshEdit::FillSlots(std::span<const TriangleId> gone,
+                                            std::span<const NewTriangle> triangles) {
+  std::vector<TriangleId> slots(gone.begin(), gone.end());
+  while (slots.size() > triangles.size()) {
+    FreeTriangle(slots.back());
+    slots.pop_back();
+  }
+  while (slots.size() < triangles.size()) slots.push_back(TakeTriangle());
+  for (std::size_t k = 0; k < triangles.size(); ++k) {
+    TriangleRecord& record = TouchTriangle(slots[k]);
+    record.vertices = triangles[k].vertices;
+    record.region = triangles[k].region;
+    record.neighbors = {};
+    record.constrained = 0;
+  }
+  return slots;
+}
+
+std::vector<MeshEdit::OpenSide> MeshEdit::OpenSidesOf(std::span<const TriangleId> triangles) const {
+  std::vector<OpenSide> open;
+  for (const TriangleId id : triangles) {
+    const auto& corners = mesh_.triangle(id).vertices;
+    for (int side = 0; side < 3; ++side) {
+      open.push_back({At(corners, NextCorner(side)), At(corners, PreviousCorner(side)), id, side});
+    }
+  }
+  return open;
 }
 
 std::vector<MeshEdit::OuterSide> MeshEdit::OuterSidesOf(std::span<const TriangleId> cavity) const {

@@ -160,6 +160,31 @@ class MeshEdit {
   /// @par Cost O(edges of the segment)
   void CutSegment(VertexId vertex);
 
+  /// What a new domain needs (mesh_edit_region.cc): in this order edges and segments go and come,
+  /// ReplaceRegion follows, then vertices without triangles are removed.
+  ///
+  /// A new vertex. It has no triangle yet, and no metric.
+  VertexId AddVertex(Vec2 position);
+  /// Takes Fix back: the loop may move and delete the vertex.
+  void Unfix(VertexId vertex);
+  /// Frees the places of some segments and gives such places, lowest first, to new ones.
+  /// @return the places of `added` @par Cost O(segments of the mesh)
+  std::vector<std::int32_t> ReplaceSegments(std::span<const std::int32_t> removed,
+                                            std::span<const SegmentRecord> added);
+  /// A new constrained edge; triangles that have it as a side must follow.
+  EdgeId AddEdge(const NewEdge& edge);
+  /// Makes a constrained edge a side like others, or one of none.
+  void RemoveEdge(EdgeId edge);
+  /// Makes a constrained edge a piece of another segment. @pre it has the same two ends
+  void SetEdge(EdgeId edge, const NewEdge& now);
+  void SetRegion(TriangleId id, std::int32_t region) { TouchTriangle(id).region = region; }
+  /// Replaces triangles by others that need not cover the same part of the plane. Sides of `gone`
+  /// that get no new triangle, and new sides without a partner, must be constrained edges. A new
+  /// side on a constrained edge that had nothing there becomes the neighbour of what lies behind.
+  /// Finds out again which of the vertices concerned are pinched.
+  /// @par Cost O(k log k) for k triangles
+  void ReplaceRegion(std::span<const TriangleId> gone, std::span<const NewTriangle> triangles);
+
   /// What MeshEdit::Undo goes back to. Holds a copy of the free slots.
   struct Trial {
     ChangeLog outer;  ///< What the revision had changed before.
@@ -268,6 +293,15 @@ class MeshEdit {
   };
   [[nodiscard]] std::vector<OuterSide> OuterSidesOf(std::span<const TriangleId> cavity) const;
   void LinkSides(std::span<const OpenSide> open, std::span<const OuterSide> outer);
+  /// Gives triangles their slots: those of `gone`, then new ones; frees what is left.
+  std::vector<TriangleId> FillSlots(std::span<const TriangleId> gone,
+                                    std::span<const NewTriangle> triangles);
+  [[nodiscard]] std::vector<OpenSide> OpenSidesOf(std::span<const TriangleId> triangles) const;
+  void LinkRegion(std::span<const TriangleId> gone, std::span<const OpenSide> open,
+                  std::span<const OuterSide> outer);
+  void LinkAcross(const OpenSide& side, TriangleId neighbor);
+  void SettleCorner(VertexId vertex);
+  void LogSegment(std::int32_t index);
 
   /// The check after an operation, unless a constrained edge was changed whose triangles are about
   /// to follow by ReplaceCavity.

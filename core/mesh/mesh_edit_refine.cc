@@ -344,7 +344,8 @@ void MeshEdit::Refine(std::span<const EdgeSplit> splits, std::span<const Triangl
     for (VertexId& end : edge.vertices) end = refined.NewVertex(end);
   }
   for (SegmentRecord& segment : mesh_.segments_) {
-    segment = {refined.NewVertex(segment.a), refined.NewVertex(segment.b)};
+    if (segment.a.valid()) segment.a = refined.NewVertex(segment.a);
+    if (segment.b.valid()) segment.b = refined.NewVertex(segment.b);
   }
   mesh_.vertices_ = std::move(refined.vertices);
   mesh_.hints_ = std::move(refined.hints);

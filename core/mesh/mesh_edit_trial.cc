@@ -81,6 +81,13 @@ void MeshEdit::RestoreSegments() {
   log_.segments.clear();
 }
 
+void MeshEdit::LogSegment(std::int32_t index) {
+  if (!logging() || index >= log_.segment_slots) return;
+  const bool known = std::any_of(log_.segments.begin(), log_.segments.end(),
+                                 [&](const auto& entry) { return entry.first == index; });
+  if (!known) log_.segments.emplace_back(index, mesh_.segments_[static_cast<std::size_t>(index)]);
+}
+
 void MeshEdit::PlaceVertex(VertexId vertex, Vec2 position) {
   TouchVertex(vertex).position = position;
 }
@@ -97,11 +104,7 @@ void MeshEdit::CutSegment(VertexId vertex) {
   const double t = mesh_.edge(before).parameters[1];
   const auto rest = static_cast<std::int32_t>(mesh_.segments_.size());
   SegmentRecord& record = mesh_.segments_[static_cast<std::size_t>(whole)];
-  if (logging() && whole < log_.segment_slots &&
-      std::none_of(log_.segments.begin(), log_.segments.end(),
-                   [&](const auto& entry) { return entry.first == whole; })) {
-    log_.segments.emplace_back(whole, record);
-  }
+  LogSegment(whole);
   const VertexId end = record.b;
   record.b = vertex;
   mesh_.segments_.push_back({vertex, end});

@@ -199,6 +199,14 @@ class Validator {
   }
 
   void CheckSegment(std::size_t s, std::vector<EdgeId>& pieces) {
+    const SegmentRecord& record = mesh_.segments()[s];
+    if (!record.is_line()) {
+      if (!pieces.empty()) Fault("edge ", pieces.front(), " is on segment ", s, ", no line");
+      if (!record.a.valid()) return;
+      const bool given = mesh_.IsLive(record.a) && mesh_.vertex(record.a).fixed;
+      if (!given) Fault("segment ", s, " names vertex ", record.a, ", no given point");
+      return;
+    }
     std::sort(pieces.begin(), pieces.end(), [this](EdgeId a, EdgeId b) {
       return mesh_.edge(a).parameters[0] < mesh_.edge(b).parameters[0];
     });

@@ -145,11 +145,19 @@ class ContactFinder {
   bool RunPiece() {
     const std::size_t count = mesh_.segments().size();
     std::vector<BoundingBox> boxes(count);
-    for (std::size_t s = 0; s < count; ++s) boxes[s] = SweptBox(static_cast<std::int32_t>(s));
-    const BoxTree tree(boxes);
+    std::vector<BoundingBox> line_boxes;
+    std::vector<std::int32_t> lines;
+    for (std::size_t s = 0; s < count; ++s) {
+      if (!mesh_.segments()[s].is_line()) continue;
+      boxes[s] = SweptBox(static_cast<std::int32_t>(s));
+      line_boxes.push_back(boxes[s]);
+      lines.push_back(static_cast<std::int32_t>(s));
+    }
+    const BoxTree tree(line_boxes);
     first_ = std::numeric_limits<double>::infinity();
     for (const std::int32_t segment : plan_.moved_segments()) {
-      tree.ForEachMeeting(boxes[static_cast<std::size_t>(segment)], [&](std::int32_t other) {
+      tree.ForEachMeeting(boxes[static_cast<std::size_t>(segment)], [&](std::int32_t place) {
+        const std::int32_t other = lines[static_cast<std::size_t>(place)];
         const bool both =
             std::binary_search(plan_.moved_segments().begin(), plan_.moved_segments().end(), other);
         if (other != segment && (!both || segment < other)) TestPair(segment, other);

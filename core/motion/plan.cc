@@ -13,6 +13,7 @@
 
 #include "core/base/check.h"
 #include "core/mesh/place_map.h"
+#include "core/mesh/segment_edges.h"
 #include "core/mesh/star.h"
 #include "core/metric/math_functions.h"
 
@@ -36,35 +37,6 @@ Error MotionError(ErrorCode code, const char* field, std::size_t index, const st
 bool SameBits(Vec2 a, Vec2 b) {
   return std::bit_cast<std::uint64_t>(a.x) == std::bit_cast<std::uint64_t>(b.x) &&
          std::bit_cast<std::uint64_t>(a.y) == std::bit_cast<std::uint64_t>(b.y);
-}
-
-/// Calls visit(edge) for every constrained edge at a vertex.
-template <class Visit>
-void ForEachEdgeAt(const Mesh& mesh, VertexId vertex, Visit visit) {
-  for (EdgeId id = mesh.vertex(vertex).edge; id.valid();) {
-    const EdgeRecord& edge = mesh.edge(id);
-    const EdgeId next = edge.next[edge.vertices[0] == vertex ? 0 : 1];
-    visit(id);
-    id = next;
-  }
-}
-
-/// Calls visit(vertex, t) for every vertex inside a segment, from its beginning on.
-template <class Visit>
-void ForEachInside(const Mesh& mesh, std::int32_t segment, Visit visit) {
-  VertexId at = mesh.segments()[static_cast<std::size_t>(segment)].a;
-  const VertexId end = mesh.segments()[static_cast<std::size_t>(segment)].b;
-  for (;;) {
-    EdgeId next;
-    ForEachEdgeAt(mesh, at, [&](EdgeId id) {
-      const EdgeRecord& edge = mesh.edge(id);
-      if (edge.segment == segment && edge.vertices[0] == at) next = id;
-    });
-    PLIANT_CHECK(next.valid(), "segment", segment, "vertex", at);
-    at = mesh.edge(next).vertices[1];
-    if (at == end) return;
-    visit(at, mesh.edge(next).parameters[1]);
-  }
 }
 
 Status CheckShape(const PathShape& shape, std::size_t index) {

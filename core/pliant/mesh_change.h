@@ -18,12 +18,17 @@ class MeshChange {
     std::vector<VertexId> disturbed;
     /// Live vertices that lie elsewhere now: the metric is asked for there. None twice.
     std::vector<VertexId> moved;
+    /// New vertices, which have no metric yet. None twice.
+    std::vector<VertexId> created;
     /// Live vertices that brought their tensors along: the metric follows them. None twice and
     /// none of `moved`.
     std::vector<VertexId> carriers;
   };
 
   virtual ~MeshChange() = default;
+
+  /// True if the mesh will cover another domain, of which conservative fields know nothing yet.
+  [[nodiscard]] virtual bool replaces_domain() const { return false; }
 
   /// Changes the mesh. On an error the caller undoes what was done.
   virtual Result<Outcome> Apply(MeshEdit& edit) = 0;

@@ -66,6 +66,7 @@ MeshDiff Remesher::Impl::CommitMesh() {
   loop_.ResetCounts();
   previous_ = std::move(committed_);
   committed_ = {followed_.state(), loop_.Save(), nullptr};
+  domain_replaced_ = false;
   return diff;
 }
 
@@ -85,6 +86,12 @@ Status Remesher::Impl::SetFields(const FieldUpdate& update) {
                  "there is no revision yet whose elements could have values; advance first",
                  "fields"};
   }
+  if (domain_replaced_ && update.transfer == TransferKind::kConservative) {
+    return Error{ErrorCode::kUnimplemented,
+                 "a field cannot become conservative while the domain is being replaced: advance "
+                 "first, or let it be linear or bounded",
+                 "fields"};
+  }
   return fields_.Stage(mesh_, update);
 }
 
@@ -102,6 +109,7 @@ void Remesher::Impl::GoOnAsCommitted() {
   options_ = committed_.loop.options;
   followed_.SetTolerance(options_.metric_tolerance);
   frozen_.reset();
+  domain_replaced_ = false;
 }
 
 MeshDiff Remesher::Impl::Snapshot() const {

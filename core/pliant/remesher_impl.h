@@ -100,6 +100,7 @@ class Remesher::Impl {
   FollowedMetric followed_;
   FieldSet fields_;
   std::optional<FrozenElements> frozen_;  // Absent: to be looked up in the mesh.
+  bool domain_replaced_ = false;          // Since the last commit.
   std::vector<VertexId> carriers_;        // Their tensors are not in the followed field yet.
   std::optional<NestedBuild> nested_;     // While the first mesh is built from coarse to fine.
   Revision revision_ = Revision::kNone;

@@ -61,6 +61,12 @@ Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
 }
 
 Status Remesher::Impl::Change(MeshChange& change) {
+  if (change.replaces_domain() && fields_.conserves()) {
+    return Error{ErrorCode::kUnimplemented,
+                 "a field is conservative, and its integral means nothing on another domain: let "
+                 "it be linear or bounded, or drop it, in an advance before this one",
+                 "domain"};
+  }
   LeaveNestedBuild();
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   followed_.BeforeTrial();
@@ -74,7 +80,11 @@ Status Remesher::Impl::Change(MeshChange& change) {
   }
   followed_.AfterTrial();
   if (!kept.ok()) return kept.error();
+  domain_replaced_ = domain_replaced_ || change.replaces_domain();
   followed_.MeshMoved();
+  for (const VertexId vertex : outcome->created) {
+    edit_.SetMetric(vertex, followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
+  }
   WantedTensors wanted{std::move(outcome->moved), {}};
   for (const VertexId vertex : wanted.vertices) {
     wanted.tensors.push_back(followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));

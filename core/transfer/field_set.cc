@@ -117,6 +117,14 @@ Status FieldSet::Stage(const Mesh& mesh, const FieldUpdate& update) {
   return {};
 }
 
+bool FieldSet::conserves() const {
+  const auto is_conservative = [](const auto& of) {
+    return of.transfer == TransferKind::kConservative;
+  };
+  return std::ranges::any_of(fields_, is_conservative) ||
+         std::ranges::any_of(staged_, is_conservative);
+}
+
 const Field* FieldSet::Find(const std::string& name) const {
   const auto found = std::ranges::lower_bound(fields_, name, {}, &Field::name);
   return found != fields_.end() && found->name == name ? &*found : nullptr;

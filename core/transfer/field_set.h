@@ -70,6 +70,8 @@ class FieldSet {
   [[nodiscard]] const Field* Find(const std::string& name) const;
   /// True if a commit has nothing to do.
   [[nodiscard]] bool idle() const { return fields_.empty() && staged_.empty(); }
+  /// True if a field, also a staged one, is conservative.
+  [[nodiscard]] bool conserves() const;
 
  private:
   /// Slots of a field that a commit wrote, in any order, some twice.

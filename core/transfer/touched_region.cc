@@ -37,6 +37,33 @@ RegionMesh Number(std::vector<TriangleId> triangle_ids, CornersOf corners_of,
   return region;
 }
 
+/// Where the mesh has grown, new triangles have old corners of which no old triangle was touched:
+/// such a triangle joins the region, so that there is something beside the new ones. Those corners
+/// lie on constrained edges, which the mesh has grown across.
+void AddNeighbors(const OldMesh& old, std::vector<TriangleId>& before,
+                  std::vector<TriangleId>& after) {
+  SlotMap known;
+  const auto on_edge = [&](VertexId corner) { return old.mesh().vertex(corner).edge.valid(); };
+  for (const TriangleId id : before) {
+    for (const VertexId corner : old.triangle(id).vertices) {
+      if (on_edge(corner)) known.Add(corner.value());
+    }
+  }
+  const std::size_t count = after.size();
+  for (std::size_t i = 0; i < count; ++i) {
+    for (const VertexId corner : old.mesh().triangle(after[i]).vertices) {
+      if (!on_edge(corner) || known.Find(corner.value()) >= 0) continue;
+      if (!old.mesh().vertex(corner).committed) continue;
+      const TriangleId beside = old.vertex(corner).triangle;
+      known.Add(corner.value());
+      before.push_back(beside);
+      // It may have changed itself; then it is not what it was.
+      const TriangleRecord& now = old.mesh().triangle(beside);
+      if (now.live && now.vertices == old.triangle(beside).vertices) after.push_back(beside);
+    }
+  }
+}
+
 }  // namespace
 
 bool SamePosition(Vec2 a, Vec2 b) {
@@ -78,6 +105,7 @@ TouchedRegion GatherTouchedRegion(const OldMesh& old) {
     }
   }
   std::sort(region.moved.begin(), region.moved.end());
+  AddNeighbors(old, before, after);
   SortUnique(before);
   SortUnique(after);
 

@@ -49,4 +49,7 @@ class Untouched {
 /// Case E, and case G in workload_update.cc.
 [[nodiscard]] Result<nlohmann::json> RunFront(Remesher& remesher, const Request& request);
 
+/// The domain is replaced.
+[[nodiscard]] Result<nlohmann::json> RunDomain(Remesher& remesher, const Request& request);
+
 }  // namespace pliant::bench

@@ -106,6 +106,12 @@ class Updates(unittest.TestCase):
         self.assertEqual(same["tensors"]["changed_nodes"], 0)
         self.assertEqual(same["tensors"]["visits"], 0)
 
+    def test_domain(self):
+        domain = report("--case", "F", "--update", "domain")["result"]["domain"]
+        self.assertEqual(domain["open"]["updates"], 2)
+        self.assertEqual(domain["close"]["updates"], 2)
+        self.assertGreater(domain["untouched"]["untouched"], 0.5)
+
     def test_front(self):
         front = report("--case", "E", "--front", "0.2", "--update", "front", "--steps",
                        "3")["result"]["front"]
