@@ -41,8 +41,8 @@ class ColumnWriter {
  public:
   explicit ColumnWriter(ChunkSink sink) : sink_(std::move(sink)) {}
 
-  /// Rows of kColumns numbers of type Scalar (double or std::int32_t). kColumns == 1 gives shape
-  /// [n], more give [n, kColumns].
+  /// Rows of kColumns numbers of type Scalar (double, std::int32_t or std::uint8_t). kColumns == 1
+  /// gives shape [n], more give [n, kColumns].
   template <class Scalar, std::size_t kColumns, class Row>
   [[nodiscard]] v1::Array Write(std::span<const Row> rows) {
     CheckLayout<Scalar, kColumns, Row>();
@@ -58,8 +58,10 @@ class ColumnWriter {
 
   template <class Scalar>
   static constexpr v1::DType DTypeOf() {
-    static_assert(std::same_as<Scalar, double> || std::same_as<Scalar, std::int32_t>);
-    return std::same_as<Scalar, double> ? v1::DTYPE_FLOAT64 : v1::DTYPE_INT32;
+    static_assert(std::same_as<Scalar, double> || std::same_as<Scalar, std::int32_t> ||
+                  std::same_as<Scalar, std::uint8_t>);
+    if constexpr (std::same_as<Scalar, double>) return v1::DTYPE_FLOAT64;
+    return std::same_as<Scalar, std::int32_t> ? v1::DTYPE_INT32 : v1::DTYPE_UINT8;
   }
 
  private:

@@ -175,36 +175,11 @@ Result<VertexTensors> ConvertVertexMetric(const v1::VertexMetric& wire) {
 
 // --- Sessions ---------------------------------------------------------------------------------
 
-Result<std::optional<Durability>> ConvertDurability(const v1::SessionOptions& wire) {
+Result<std::optional<Durability>> DurabilityOf(const v1::SessionOptions& wire) {
   if (!wire.has_durability()) return std::optional<Durability>();
-  switch (wire.durability()) {
-    case v1::DURABILITY_NONE:
-      return std::optional(Durability::kNone);
-    case v1::DURABILITY_RELAXED:
-      return std::optional(Durability::kRelaxed);
-    case v1::DURABILITY_STRICT:
-      return std::optional(Durability::kStrict);
-    default:
-      return RangeError("options.durability is no known durability", "options.durability");
-  }
-}
-
-Status CheckLabels(const v1::CreateSession& create) {
-  if (static_cast<std::size_t>(create.labels_size()) > kLabelsMax) {
-    return Error{
-        ErrorCode::kTooLarge,
-        std::to_string(create.labels_size()) + " labels; allowed are " + std::to_string(kLabelsMax),
-        "labels"};
-  }
-  for (const auto& [key, value] : create.labels()) {
-    if (key.empty() || key.size() > kLabelLengthMax || value.size() > kLabelLengthMax) {
-      return Error{ErrorCode::kTooLarge,
-                   "a label's key has 1 to " + std::to_string(kLabelLengthMax) +
-                       " bytes and its value at most as many",
-                   "labels"};
-    }
-  }
-  return {};
+  PLIANT_ASSIGN_OR_RETURN(const Durability durability,
+                          ConvertDurability(wire.durability(), "options.durability"));
+  return std::optional(durability);
 }
 
 }  // namespace
@@ -213,8 +188,8 @@ Result<SessionInput> ConvertCreate(const v1::CreateSession& create, const Reques
   SessionInput input;
   if (!create.session_id().empty()) PLIANT_RETURN_IF_ERROR(CheckSessionId(create.session_id()));
   input.session_id = create.session_id();
-  PLIANT_RETURN_IF_ERROR(CheckLabels(create));
   input.labels.insert(create.labels().begin(), create.labels().end());
+  PLIANT_RETURN_IF_ERROR(CheckLabels(input.labels));
   if (create.has_domain()) {
     PLIANT_ASSIGN_OR_RETURN(input.engine.start, ConvertDomain(create.domain()));
   } else if (create.has_mesh()) {
@@ -224,7 +199,7 @@ Result<SessionInput> ConvertCreate(const v1::CreateSession& create, const Reques
   }
   PLIANT_ASSIGN_OR_RETURN(input.engine.metric, ConvertFirstMetric(create, input.engine.start));
   PLIANT_ASSIGN_OR_RETURN(input.engine.options, ConvertOptions(create.options(), limits));
-  PLIANT_ASSIGN_OR_RETURN(input.durability, ConvertDurability(create.options()));
+  PLIANT_ASSIGN_OR_RETURN(input.durability, DurabilityOf(create.options()));
   const std::size_t point_count =
       std::visit([](const auto& start) { return start.points.size(); }, input.engine.start);
   if (point_count > static_cast<std::size_t>(input.engine.options.vertices_max)) {
@@ -234,6 +209,37 @@ Result<SessionInput> ConvertCreate(const v1::CreateSession& create, const Reques
                  create.has_domain() ? "domain.points" : "mesh.points"};
   }
   return input;
+}
+
+Result<Durability> ConvertDurability(v1::Durability durability, const std::string& field) {
+  switch (durability) {
+    case v1::DURABILITY_NONE:
+      return Durability::kNone;
+    case v1::DURABILITY_RELAXED:
+      return Durability::kRelaxed;
+    case v1::DURABILITY_STRICT:
+      return Durability::kStrict;
+    default:
+      return RangeError(field + " is no known durability", field);
+  }
+}
+
+Status CheckLabels(const std::map<std::string, std::string>& labels) {
+  if (labels.size() > kLabelsMax) {
+    return Error{
+        ErrorCode::kTooLarge,
+        std::to_string(labels.size()) + " labels; allowed are " + std::to_string(kLabelsMax),
+        "labels"};
+  }
+  for (const auto& [key, value] : labels) {
+    if (key.empty() || key.size() > kLabelLengthMax || value.size() > kLabelLengthMax) {
+      return Error{ErrorCode::kTooLarge,
+                   "a label's key has 1 to " + std::to_string(kLabelLengthMax) +
+                       " bytes and its value at most as many",
+                   "labels"};
+    }
+  }
+  return {};
 }
 
 Status CheckSessionId(const std::string& session_id) {

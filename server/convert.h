@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <string>
 
 #include "core/base/result.h"
@@ -24,6 +25,13 @@ namespace pliant::server {
 
 /// 1 to kSessionIdLengthMax characters of [A-Za-z0-9_.-]. Error: kOutOfRange.
 [[nodiscard]] Status CheckSessionId(const std::string& session_id);
+
+/// Error: kOutOfRange with `field`.
+[[nodiscard]] Result<Durability> ConvertDurability(v1::Durability durability,
+                                                   const std::string& field);
+
+/// At most kLabelsMax, keys and values not too long. Error: kTooLarge.
+[[nodiscard]] Status CheckLabels(const std::map<std::string, std::string>& labels);
 
 /// The metric's part of an update. Tensors and expressions are checked by the engine, revisions by
 /// the session. Errors: those of arrays, kEmpty, kTooLarge, kUnimplemented.

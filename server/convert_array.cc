@@ -12,6 +12,18 @@ std::string ShapeText(const v1::Array& array) {
   return text + "]";
 }
 
+std::size_t SizeOf(v1::DType type) {
+  switch (type) {
+    case v1::DTYPE_UINT8:
+      return 1;
+    case v1::DTYPE_INT32:
+    case v1::DTYPE_FLOAT32:
+      return 4;
+    default:
+      return 8;
+  }
+}
+
 }  // namespace
 
 Status CheckArray(const v1::Array& array, v1::DType type, int columns, const std::string& field) {
@@ -34,8 +46,7 @@ Status CheckArray(const v1::Array& array, v1::DType type, int columns, const std
     return Error{ErrorCode::kArrayLength,
                  field + " has shape " + ShapeText(array) + "; expected " + wanted, field};
   }
-  const std::size_t row_bytes =
-      static_cast<std::size_t>(columns) * (type == v1::DTYPE_INT32 ? 4U : 8U);
+  const std::size_t row_bytes = static_cast<std::size_t>(columns) * SizeOf(type);
   const std::int64_t rows = array.shape(0);
   const std::size_t size = array.data().size();
   // Compared by division, because a stated count may be anything.

@@ -9,6 +9,17 @@
 
 namespace pliant::server {
 
+Result<Durability> DurabilityOr(const std::optional<Durability>& wished,
+                                const ServiceContext& context, const std::string& field) {
+  const bool has_store = context.keeper != nullptr;
+  if (!wished) return has_store ? Durability::kStrict : Durability::kNone;
+  if (has_store || *wished == Durability::kNone) return *wished;
+  return Error{ErrorCode::kUnimplemented,
+               "this server keeps sessions in memory only (--data none), so none is durable; ask "
+               "for DURABILITY_NONE or leave it to the server",
+               field};
+}
+
 Creation::Creation(const ServiceContext& context, grpc::CallbackServerContext* call,
                    v1::CreateSessionResponse* response)
     : context_(context),
@@ -61,7 +72,8 @@ Status Creation::Begin() {
   }
   PLIANT_RETURN_IF_ERROR(blobs_.Resolve(*create_));
   PLIANT_ASSIGN_OR_RETURN(SessionInput input, ConvertCreate(*create_, context_.limits));
-  PLIANT_ASSIGN_OR_RETURN(const Durability durability, DurabilityOf(input));
+  PLIANT_ASSIGN_OR_RETURN(const Durability durability,
+                          DurabilityOr(input.durability, context_, "options.durability"));
   Bytes form;
   if (durability != Durability::kNone) form = FormOf(*create_);
   create_.reset();
@@ -74,16 +86,6 @@ Status Creation::Begin() {
       std::move(input.engine), [this, session](const Status& status) { Complete(session, status); },
       std::move(form));
   return {};
-}
-
-Result<Durability> Creation::DurabilityOf(const SessionInput& input) const {
-  const bool has_store = context_.keeper != nullptr;
-  if (!input.durability) return has_store ? Durability::kStrict : Durability::kNone;
-  if (has_store || *input.durability == Durability::kNone) return *input.durability;
-  return Error{ErrorCode::kUnimplemented,
-               "this server keeps sessions in memory only (--data none), so none is durable; ask "
-               "for DURABILITY_NONE or leave it to the server",
-               "options.durability"};
 }
 
 void Creation::Complete(const std::shared_ptr<Session>& session, const Status& status) {

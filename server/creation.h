@@ -12,6 +12,12 @@
 
 namespace pliant::server {
 
+/// What a new session promises: what its creator wishes, else strict where there is a store.
+/// Error: kUnimplemented with `field`.
+[[nodiscard]] Result<Durability> DurabilityOr(const std::optional<Durability>& wished,
+                                              const ServiceContext& context,
+                                              const std::string& field);
+
 /// One CreateSession: takes the upload, then has the session built on a worker.
 ///
 /// *Threads*: gRPC's callbacks follow each other; the worker's answer comes after the last of them
@@ -28,7 +34,6 @@ class Creation final : public grpc::ServerReadReactor<v1::CreateSessionRequest> 
  private:
   Status Take(v1::CreateSessionRequest& request);
   Status Begin();
-  [[nodiscard]] Result<Durability> DurabilityOf(const SessionInput& input) const;
   void Complete(const std::shared_ptr<Session>& session, const Status& status);
 
   const ServiceContext& context_;

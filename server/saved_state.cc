@@ -237,6 +237,23 @@ Result<SessionMemory> ReadMemory(std::span<const std::byte> snapshot,
   return memory;
 }
 
+Result<std::size_t> CountUnstaged(std::span<const Bytes> records) {
+  std::size_t count = 0;
+  bool is_staged = false;
+  for (std::size_t i = 0; i < records.size(); ++i) {
+    PLIANT_ASSIGN_OR_RETURN(const Record record, ReadRecord(records[i]));
+    if (std::holds_alternative<CommitRecord>(record)) {
+      is_staged = false;
+    } else if (const auto* answer = std::get_if<AnswerRecord>(&record)) {
+      is_staged = answer->effect == StageEffect::kStaged ||
+                  answer->effect == StageEffect::kTainted ||
+                  (is_staged && answer->effect == StageEffect::kNone);
+    }
+    if (!is_staged) count = i + 1;
+  }
+  return count;
+}
+
 Result<std::size_t> CountSettled(std::span<const Bytes> records) {
   for (std::size_t count = records.size(); count > 0; --count) {
     PLIANT_ASSIGN_OR_RETURN(const Record record, ReadRecord(records[count - 1]));

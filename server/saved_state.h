@@ -70,6 +70,10 @@ struct SessionMemory {
                                                std::span<const Bytes> records,
                                                const SessionMakers& makers);
 
+/// Of these records, how many leave nothing staged behind: all up to the last such moment.
+/// Errors: kDataCorrupt, kDataVersion.
+[[nodiscard]] Result<std::size_t> CountUnstaged(std::span<const Bytes> records);
+
 /// Of these records, how many can be put into a snapshot: all up to the last commit.
 /// Errors: kDataCorrupt, kDataVersion.
 [[nodiscard]] Result<std::size_t> CountSettled(std::span<const Bytes> records);

@@ -29,15 +29,6 @@ Status CheckRevision(std::int64_t wanted, const CommittedState& state) {
                "revision"};
 }
 
-Status CheckNothingStaged(const CommittedState& state) {
-  if (state.staged_count == 0) return {};
-  return Error{ErrorCode::kProtocolOrder,
-               std::to_string(state.staged_count) +
-                   " updates are staged, so the metric of the revision is not at hand: advance or "
-                   "discard first",
-               {}};
-}
-
 Result<std::vector<v1::GetMeshResponse>> MeshMessages(const Result<const CommittedState*>& result,
                                                       const v1::GetMeshRequest& request,
                                                       const ReplyContext& wanted) {
@@ -77,6 +68,23 @@ Result<MetricBasis> ConvertBasis(const v1::GetQualityRequest& request) {
 }
 
 }  // namespace
+
+Status CheckNothingStaged(const CommittedState& state) {
+  if (state.staged_count == 0) return {};
+  return Error{ErrorCode::kProtocolOrder,
+               std::to_string(state.staged_count) +
+                   " updates are staged, so the metric of the revision is not at hand: advance or "
+                   "discard first",
+               {}};
+}
+
+Status CheckDownloads(int active_count) {
+  if (active_count <= kDownloadsMax) return {};
+  return Error{ErrorCode::kResourceExhausted,
+               "this server is sending " + std::to_string(kDownloadsMax) +
+                   " meshes already; try again later",
+               {}};
+}
 
 Session::Environment EnvironmentOf(const ServiceContext& context, const std::string& tenant,
                                    const std::string& id, Durability durability) {
@@ -181,12 +189,7 @@ grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
     return download;
   }
   const auto begin = [&]() -> Status {
-    if (active > kDownloadsMax) {
-      return Error{ErrorCode::kResourceExhausted,
-                   "this server is sending " + std::to_string(kDownloadsMax) +
-                       " meshes already; try again later",
-                   {}};
-    }
+    PLIANT_RETURN_IF_ERROR(CheckDownloads(active));
     PLIANT_ASSIGN_OR_RETURN(const std::shared_ptr<Session> session,
                             context_.registry->Find(*tenant, request->session_id()));
     ReplyContext wanted;
@@ -260,6 +263,7 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                  "numbering.dense",
                                  "subscribe",
                                  "revisions",
+                                 "files",
                                  "jobs",
                                  "quality.limited",
                                  "quality.raw"}) {

@@ -6,12 +6,14 @@
 #include <chrono>
 #include <cstdint>
 #include <functional>
+#include <map>
 #include <string>
 
 #include "pliant/v1/session.grpc.pb.h"
 #include "server/access.h"
 #include "server/call_counter.h"
 #include "server/convert.h"
+#include "server/download.h"
 #include "server/keeper.h"
 #include "server/session.h"
 #include "server/session_registry.h"
@@ -33,6 +35,12 @@ struct ServiceContext {
   std::size_t jobs_max = 0;
   std::chrono::milliseconds bookmark_interval{0};
 };
+
+/// Error: kResourceExhausted if there are more than kDownloadsMax downloads.
+[[nodiscard]] Status CheckDownloads(int active_count);
+
+/// The metric and the loop of the current revision are at hand. Error: kProtocolOrder.
+[[nodiscard]] Status CheckNothingStaged(const CommittedState& state);
 
 /// What a new or stored session of a tenant uses.
 [[nodiscard]] Session::Environment EnvironmentOf(const ServiceContext& context,
@@ -78,8 +86,18 @@ class SessionServiceImpl final : public v1::SessionService::CallbackService {
                                     v1::ReleaseResponse* response) override;
   grpc::ServerUnaryReactor* Fork(grpc::CallbackServerContext* call, const v1::ForkRequest* request,
                                  v1::ForkResponse* response) override;
+  // In service_files.cc.
+  grpc::ServerWriteReactor<v1::ExportSessionResponse>* ExportSession(
+      grpc::CallbackServerContext* call, const v1::ExportSessionRequest* request) override;
+  grpc::ServerReadReactor<v1::ImportSessionRequest>* ImportSession(
+      grpc::CallbackServerContext* call, v1::ImportSessionResponse* response) override;
 
  private:
+  Status BeginExport(const Result<const CommittedState*>& result, const std::string& tenant,
+                     Download<v1::ExportSessionResponse>* download);
+  static void SendFile(Download<v1::ExportSessionResponse>* download,
+                       const std::map<std::string, std::string>& labels,
+                       Result<SessionMemory> memory);
   Status BeginFork(const CommittedState& state, const std::string& tenant,
                    const v1::ForkRequest& request, v1::ForkResponse& response,
                    const std::function<void(const Status&)>& finish);

@@ -158,7 +158,8 @@ Status SessionServiceImpl::BeginFork(const CommittedState& state, const std::str
     context_.registry->Remove(tenant, id);
     return memory.error();
   }
-  fork->Start(std::move(memory).value(), publish);
+  const auto begin = std::make_shared<SessionMemory>(std::move(memory).value());
+  fork->Start([begin]() -> Result<SessionMemory> { return std::move(*begin); }, publish);
   return {};
 }
 

@@ -43,10 +43,10 @@ void Session::Start(EngineInput input, std::function<void(const Status&)> done, 
   Wake();
 }
 
-void Session::Start(SessionMemory memory, std::function<void(const Status&)> done) {
+void Session::Start(SessionReader read, std::function<void(const Status&)> done) {
   {
     const std::lock_guard lock(mutex_);
-    start_ = StartRequest{{}, std::move(done), {}, std::move(memory)};
+    start_ = StartRequest{{}, std::move(done), {}, std::move(read)};
   }
   Wake();
 }
@@ -263,8 +263,12 @@ bool Session::Build() {
   const Clock::Time begin = environment_.clock->Now();
   // A bug here must reach the creator, who waits for this answer and nothing else.
   try {
-    status = start.memory ? BeginFrom(*std::move(start.memory))
-                          : BeginFrom(std::move(start.input), start.form);
+    if (start.read) {
+      Result<SessionMemory> memory = start.read();
+      status = memory.ok() ? BeginFrom(std::move(memory).value()) : Status(memory.error());
+    } else {
+      status = BeginFrom(std::move(start.input), start.form);
+    }
   } catch (const std::exception& exception) {
     environment_.log->Error("bug", {{"session", session_id_}, {"what", exception.what()}});
     status = Error{ErrorCode::kInternal,

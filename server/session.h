@@ -63,6 +63,9 @@ struct CommittedState {
 /// A call, run on a worker: with the state, or with why there is none.
 using SessionCall = std::function<void(const Result<const CommittedState*>&)>;
 
+/// Makes the memory that a session begins with.
+using SessionReader = std::function<Result<SessionMemory>()>;
+
 /// One persistent mesh with its editor and readers; a task that computes in slices.
 ///
 /// *Invariants*: the engine is seen by others only at a commit. Every command is answered exactly
@@ -104,8 +107,9 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   /// @param form  the input as it came, for the journal; SessionCodec reads it
   void Start(EngineInput input, std::function<void(const Status&)> done, Bytes form = {});
 
-  /// The same for one that goes on where another one was.
-  void Start(SessionMemory memory, std::function<void(const Status&)> done);
+  /// The same for one that goes on where another one was. Charges its tenant for the reading.
+  /// @param read  called on a worker; may throw
+  void Start(SessionReader read, std::function<void(const Status&)> done);
 
   /// Makes this the session's editor. Error: kSessionBusy while there is another one.
   Status Attach(std::shared_ptr<Editor> editor);
@@ -165,6 +169,11 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   /// What another session starts from, to go on from a revision of this one.
   /// Errors: kProtocolOrder, kRevisionNotFound.
   [[nodiscard]] Result<SessionMemory> Fork(Revision revision) const;
+  /// What another session starts from, to go on as this one: with saved revisions and answers, but
+  /// without history. Errors: kProtocolOrder while updates are staged. @par Cost as Fork
+  [[nodiscard]] Result<SessionMemory> Copy() const;
+  /// Does something when all that the session did so far is on disk, whatever it promises.
+  void WhenStored(std::function<void(const Status&)> action);
   /// Does something when all that the session did so far is durable, as far as it promises that.
   void WhenDurable(std::function<void(const Status&)> action);
 
@@ -176,7 +185,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     EngineInput input;
     std::function<void(const Status&)> done;
     Bytes form;
-    std::optional<SessionMemory> memory = {};  // Instead of the input.
+    SessionReader read = {};  // Instead of the input.
   };
   // An advance that is not finished.
   struct RunningAdvance {

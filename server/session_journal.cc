@@ -35,6 +35,14 @@ void SessionJournal::Hold(std::function<void(const Status&)> action) {
   }
 }
 
+void SessionJournal::HoldUntilStored(std::function<void(const Status&)> action) {
+  if (batch() <= done_ && held_.empty()) {
+    action({});
+  } else {
+    held_.push_back({batch(), std::move(action)});
+  }
+}
+
 void SessionJournal::Submit(const std::function<Bytes()>& head) {
   if (records_.empty() || failed_) return;
   const std::size_t bytes = std::exchange(bytes_, 0);

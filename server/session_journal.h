@@ -39,6 +39,8 @@ class SessionJournal {
   void AddCommit(const CommitRecord& record);
   /// Does something when all that was added is durable, or fails; at once if nothing has to wait.
   void Hold(std::function<void(const Status&)> action);
+  /// The same whatever the durability: what is added meanwhile by Hold waits with it.
+  void HoldUntilStored(std::function<void(const Status&)> action);
   /// Writes what was added. @param head  made only if there is something
   void Submit(const std::function<Bytes()>& head);
 

@@ -106,4 +106,13 @@ Result<SessionMemory> Session::Fork(Revision revision) const {
   return memory;
 }
 
+Result<SessionMemory> Session::Copy() const {
+  PLIANT_ASSIGN_OR_RETURN(SessionMemory memory, Fork(revision_));
+  memory.undo = undo_;
+  memory.results = results_;
+  memory.applied_update_id = applied_update_id_;
+  memory.commit_time = commit_time_;
+  return memory;
+}
+
 }  // namespace pliant::server

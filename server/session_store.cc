@@ -108,6 +108,14 @@ void Session::WhenDurable(std::function<void(const Status&)> action) {
   }
 }
 
+void Session::WhenStored(std::function<void(const Status&)> action) {
+  if (journal_ == nullptr) {
+    action({});
+  } else {
+    journal_->HoldUntilStored(std::move(action));
+  }
+}
+
 std::optional<Revision> Session::DurableRevision() const {
   if (journal_ == nullptr) return std::nullopt;
   // A strict session tells this only when the revision is durable.

@@ -23,8 +23,12 @@ void StoreJournal::Append(std::vector<Bytes> records, Bytes head, Done done) {
   last_number_ += static_cast<std::int64_t>(batch.records.size());
   std::size_t size = 0;
   for (const Bytes& record : batch.records) size += record.size();
-  store_.Append(key_, epoch_, std::move(batch), std::move(done));
-  Count(size);
+  // Counted when it is stored: who is told that the journal has grown will find it so.
+  store_.Append(key_, epoch_, std::move(batch),
+                [self = shared_from_this(), size, done = std::move(done)](const Status& status) {
+                  if (status.ok()) self->Count(size);
+                  done(status);
+                });
 }
 
 void StoreJournal::Count(std::size_t bytes) {

@@ -28,6 +28,12 @@ void UndoHistory::Clear() {
   bytes_ = 0;
 }
 
+void UndoHistory::KeepSavedOnly() {
+  const std::size_t bytes_max = std::exchange(bounds_.bytes_max, 0);
+  Shrink();
+  bounds_.bytes_max = bytes_max;
+}
+
 // Oldest first: before the oldest saved revision deltas go, after it they are merged.
 void UndoHistory::Shrink() {
   while (bytes_ > bounds_.bytes_max && !steps_.empty()) {

@@ -42,6 +42,8 @@ class UndoHistory {
 
   /// A commit: `undo` leads from its revision to the one before.
   void Add(UndoStep undo);
+  /// Lets go of every revision that is not saved, as if the bound were zero.
+  void KeepSavedOnly();
   /// There is no way back any more. Saved revisions are lost.
   void Clear();
 

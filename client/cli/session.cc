@@ -1,6 +1,8 @@
 #include <iostream>
 #include <memory>
+#include <span>
 #include <string>
+#include <string_view>
 #include <utility>
 #include <variant>
 #include <vector>
@@ -15,6 +17,7 @@
 #include "client/cli/report.h"
 #include "client/cli/server_options.h"
 #include "client/cpp/client.h"
+#include "client/io/file.h"
 #include "client/io/formats.h"
 
 // pliant session: sessions on a server, one command for each thing that can be done with them.
@@ -115,6 +118,27 @@ Status ShowQuality(const SessionOptions& options, Client& server) {
   return {};
 }
 
+Status Export(const SessionOptions& options, Client& server) {
+  PLIANT_ASSIGN_OR_RETURN(const Bytes file, server.ExportSession(options.id));
+  return io::WriteFileAtomically(
+      options.output, std::string_view(reinterpret_cast<const char*>(file.data()), file.size()));
+}
+
+Status Import(const SessionOptions& options, Client& server) {
+  PLIANT_ASSIGN_OR_RETURN(const std::string file, io::ReadFile(options.input));
+  Result<client::SessionInfo> session =
+      server.ImportSession(std::as_bytes(std::span(file)), options.id);
+  if (!session.ok()) {
+    Error error = session.error();
+    // What the server calls "file" has a name here.
+    if (error.field == "file") error.field = options.input;
+    return error;
+  }
+  if (!options.json.empty()) return WriteJson(options.json, SessionJson(*session));
+  std::cout << session->session_id << "\n";
+  return {};
+}
+
 Status Delete(const SessionOptions& options, Client& server) {
   for (const std::string& id : options.ids) {
     PLIANT_RETURN_IF_ERROR([&]() -> Status {
@@ -196,6 +220,24 @@ void AddSessionCommand(CLI::App& app, Command& chosen) {
   AddJson(quality, options);
   quality.footer("Example:\n  pliant session quality plate");
   Finish(quality, options, ShowQuality, chosen);
+
+  CLI::App& to_file = Add(group, "export", "Write a session with all that it knows into a file");
+  AddId(to_file, options);
+  to_file.add_option("-o,--output", options->output, "The file, for pliant session import")
+      ->required()
+      ->type_name("FILE");
+  to_file.footer("Example:\n  pliant session export plate -o plate.pliant");
+  Finish(to_file, options, Export, chosen);
+
+  CLI::App& from_file = Add(group, "import", "Create a session from such a file; prints its id");
+  from_file.add_option("input", options->input, "What pliant session export wrote")
+      ->required()
+      ->type_name("FILE");
+  from_file.add_option("--id", options->id, "Wished id; the server makes one if absent")
+      ->type_name("ID");
+  AddJson(from_file, options);
+  from_file.footer("Example:\n  pliant session import plate.pliant --id plate");
+  Finish(from_file, options, Import, chosen);
 
   CLI::App& remove = Add(group, "delete", "End sessions and free what they hold");
   remove.add_option("ids", options->ids, "Which sessions")->required()->type_name("ID");

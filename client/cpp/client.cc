@@ -13,10 +13,25 @@ namespace {
 
 using CreateWriter = grpc::ClientWriter<v1::CreateSessionRequest>;
 
+v1::Durability WireDurability(Durability durability) {
+  switch (durability) {
+    case Durability::kNone:
+      return v1::DURABILITY_NONE;
+    case Durability::kRelaxed:
+      return v1::DURABILITY_RELAXED;
+    case Durability::kStrict:
+      return v1::DURABILITY_STRICT;
+  }
+  return v1::DURABILITY_UNSPECIFIED;
+}
+
 v1::CreateSession CreateMessage(const Start& start, const MetricSpec& metric,
                                 const SessionSettings& settings, wire::ColumnWriter& columns) {
   v1::CreateSession create = InputToWire(start, metric, settings.options, columns);
   create.set_session_id(settings.session_id);
+  if (settings.durability) {
+    create.mutable_options()->set_durability(WireDurability(*settings.durability));
+  }
   for (const auto& [key, value] : settings.labels) (*create.mutable_labels())[key] = value;
   return create;
 }

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -9,6 +11,7 @@
 #include "client/cpp/session.h"
 #include "client/cpp/subscription.h"
 #include "client/cpp/types.h"
+#include "core/base/bytes.h"
 #include "core/base/result.h"
 #include "core/metric/metric_spec.h"
 #include "core/pliant/quality.h"
@@ -59,6 +62,17 @@ class Client {
   /// The mesh of the current revision. Fails with kRevisionNotFound before the first commit.
   Result<MeshReplica> GetMesh(const std::string& session_id, Parts parts = Parts::kMesh);
   Result<Quality> GetQuality(const std::string& session_id);
+
+  // Sessions as files. In client_files.cc.
+
+  /// A session at its current revision as the bytes of a file, opaque. Fails with
+  /// kRevisionNotFound before the first commit, kProtocolOrder while updates are staged, kTooLarge.
+  Result<Bytes> ExportSession(const std::string& session_id);
+  /// Creates a session from such bytes, on this or another server: it goes on with the same bits.
+  /// Errors: kDataCorrupt, kDataVersion; kSessionExists, kTooLarge, kResourceExhausted.
+  /// @param session_id  wished id; empty: the server makes one.
+  Result<SessionInfo> ImportSession(std::span<const std::byte> file,
+                                    const std::string& session_id = {});
 
   // Jobs: remeshing that nobody waits for. In client_jobs.cc.
 

@@ -51,12 +51,18 @@ enum class Parts {
   kEverything,     ///< That, values of fields, and transfer rows: see Session::last_change.
 };
 
+/// When a revision of a session is on the server's disk: never, soon, or before it is acknowledged.
+enum class Durability { kNone, kRelaxed, kStrict };
+
 /// How a session is created.
 struct SessionSettings {
   Options options;
   std::string session_id;                     ///< Wished id; empty: the server makes one.
   std::map<std::string, std::string> labels;  ///< Free text, at most 16 pairs.
   Parts parts = Parts::kMesh;
+  /// Absent: strict where the server has a store. Anything but kNone fails with kUnimplemented
+  /// where it has none.
+  std::optional<Durability> durability = {};
 };
 
 enum class SessionState { kIdle, kRunning, kAsleep };

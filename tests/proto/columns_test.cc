@@ -63,6 +63,18 @@ TEST(Columns, TheLayoutIsTheOneOfTheProtocol) {
   EXPECT_EQ(array.data(), std::string("\x01\0\0\0\xfe\xff\xff\xff", 8));
 }
 
+TEST(Columns, BytesAreAColumnToo) {
+  const std::vector<std::byte> bytes(3 * kChunkBytesMax + 7, std::byte{0x5a});
+  Sent sent;
+  const v1::Array array = sent.writer.Write<std::uint8_t, 1, std::byte>(bytes);
+  EXPECT_EQ(array.dtype(), v1::DTYPE_UINT8);
+  EXPECT_EQ(array.shape(0), static_cast<std::int64_t>(bytes.size()));
+  EXPECT_EQ(sent.chunks.size(), 4U);
+  ColumnReader reader(kBlobBytesMax);
+  for (const auto& chunk : sent.chunks) ASSERT_TRUE(reader.Add(chunk).ok());
+  EXPECT_EQ((*reader.Read<std::uint8_t, 1, std::byte>(array, "bytes")), bytes);
+}
+
 TEST(Columns, AnAbsentArrayHasNoRows) {
   ColumnReader reader(kBlobBytesMax);
   const auto rows = reader.Read<double, 2, Point>(v1::Array(), "points");

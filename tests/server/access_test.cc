@@ -122,6 +122,11 @@ class TenantsTest : public testing::Test {
            v1::GetQualityResponse response;
            return stub.GetQuality(context, Named<v1::GetQualityRequest>("s"), &response);
          }},
+        {"ExportSession",
+         [&](grpc::ClientContext* context) {
+           return First(stub.ExportSession(context, Named<v1::ExportSessionRequest>("s")),
+                        v1::ExportSessionResponse(), context);
+         }},
         {"DeleteSession",
          [&](grpc::ClientContext* context) {
            v1::DeleteSessionResponse response;

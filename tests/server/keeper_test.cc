@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <future>
+#include <optional>
 #include <span>
 #include <thread>
 
@@ -83,6 +85,51 @@ TEST_F(KeeperTest, ReplacesGrownJournals) {
   const auto memory = ReadMemory(now->snapshot, now->records, makers_);
   ASSERT_TRUE(memory.ok()) << memory.error().message;
   EXPECT_EQ(memory->revision, Revision(1));
+}
+
+// Goal: a session is made again from the store beside the one that goes on, without what is staged.
+TEST_F(KeeperTest, RecallsASessionAsItWasWithNothingStaged) {
+  std::optional<Result<SessionMemory>> found;
+  std::optional<Result<SessionMemory>> nobody;
+  Journal::Contents contents = OneCommit(makers_);
+  const SessionEvent answer{.update_id = 1, .revision = Revision(1), .body = AcceptedEvent{0}};
+  contents.records.push_back(
+      WriteRecord(AnswerRecord{.answer = answer, .effect = StageEffect::kNone, .update = {}}));
+  contents.records.push_back(
+      WriteRecord(AnswerRecord{.answer = {}, .effect = StageEffect::kTainted, .update = {}}));
+  {
+    Keeper keeper(std::make_unique<MemoryStore>(), makers_, log_);
+    const std::shared_ptr<Journal> journal = keeper.JournalOf("t", "s");
+    journal->Create({}, contents.snapshot, [](const Status&) {});
+    journal->Append(contents.records, {}, [](const Status&) {});
+    keeper.Recall("t", "nobody", [&](auto memory) { nobody.emplace(std::move(memory)); });
+    std::promise<void> done;
+    keeper.Recall("t", "s", [&](auto memory) {
+      found.emplace(std::move(memory));
+      done.set_value();
+    });
+    done.get_future().wait();
+  }
+  EXPECT_EQ(nobody->error().code, ErrorCode::kSessionNotFound);
+  ASSERT_TRUE(found->ok()) << found->error().message;
+  EXPECT_EQ((*found)->revision, Revision(1));
+  EXPECT_EQ((*found)->results.last_update_id(), 1) << "the answer that came after the commit";
+  EXPECT_FALSE((*found)->engine->tainted());
+}
+
+// Goal: whoever waits for a recall hears of the end.
+TEST_F(KeeperTest, AnswersEveryRecallAtItsEnd) {
+  int answer_count = 0;
+  {
+    Keeper keeper(std::make_unique<MemoryStore>(), makers_, log_);
+    for (int i = 0; i < 50; ++i) {
+      keeper.Recall("t", "nobody", [&](const auto& memory) {
+        EXPECT_FALSE(memory.ok());
+        ++answer_count;
+      });
+    }
+  }
+  EXPECT_EQ(answer_count, 50);
 }
 
 }  // namespace

@@ -149,6 +149,8 @@ TEST_F(SavedStateTest, KeepsTheStage) {
   EXPECT_EQ(Again().engine->staged_count(), 0);
   EXPECT_FALSE(Again().engine->tainted());
   EXPECT_EQ(*CountSettled(records_), 1u) << "up to the commit";
+  EXPECT_EQ(*CountUnstaged(records_), 4u) << "up to what emptied the stage";
+  EXPECT_EQ(*CountUnstaged(std::span(records_).first(3)), 1u);
   Commit();
   EXPECT_EQ(*CountSettled(records_), records_.size());
   EXPECT_EQ(*CountSettled({}), 0u);

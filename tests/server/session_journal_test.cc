@@ -123,6 +123,29 @@ TEST_F(SessionJournalTest, RelaxedHoldsNothingBackButWaitsBeyondItsBound) {
 
 // Goal: when a write fails, so does everything after it, and the session learns it once, when
 // nothing is on its way any more.
+// Goal: who has to know that something is on disk is told then, and what comes after it in order.
+TEST_F(SessionJournalTest, RelaxedCanBeAskedToWait) {
+  SessionJournal journal = Make(Durability::kRelaxed);
+  const auto hold_until_stored = [&] {
+    journal.HoldUntilStored([this](const Status& status) {
+      done_.push_back(status.ok() ? "stored" : "stored failed");
+    });
+  };
+  hold_until_stored();
+  EXPECT_THAT(done_, ElementsAre("stored")) << "there is nothing to wait for";
+  journal.AddCommit(Commit(1));
+  hold_until_stored();
+  Hold(journal, "later");
+  journal.Submit(Head);
+  EXPECT_FALSE(journal.Settle().has_value());
+  journal.Release();
+  EXPECT_EQ(done_.size(), 1U);
+  fake_->Finish();
+  EXPECT_FALSE(journal.Settle().has_value());
+  journal.Release();
+  EXPECT_THAT(done_, ElementsAre("stored", "stored", "later"));
+}
+
 TEST_F(SessionJournalTest, AFailureTakesEverythingAfterItWithIt) {
   SessionJournal journal = Make(Durability::kStrict);
   journal.Add(SavedRecord{});

@@ -90,6 +90,22 @@ TEST_F(UndoHistoryTest, TakesAnotherBound) {
 }
 
 // Goal: saved revisions outlive the bound; what lies between them is merged away.
+TEST_F(UndoHistoryTest, LetsGoOfWhatNobodySaved) {
+  UndoHistory history({.bytes_max = 100 << 20, .saved_max = 4});
+  for (int i = 0; i < 6; ++i) Update(history);
+  EXPECT_TRUE(history.Save(Revision(3), Revision(7)).ok());
+  EXPECT_TRUE(history.Save(Revision(7), Revision(7)).ok());
+  history.KeepSavedOnly();
+  EXPECT_EQ(history.steps().size(), 1U);
+  ExpectLeadsTo(history, 3);
+  EXPECT_FALSE(history.WayTo(Revision(5), Revision(7)).ok());
+  Update(history);
+  EXPECT_EQ(history.steps().size(), 2U) << "the bound is what it was";
+  EXPECT_TRUE(history.Release({3, 7}).ok());
+  history.KeepSavedOnly();
+  EXPECT_EQ(history.bytes(), 0U);
+}
+
 TEST_F(UndoHistoryTest, KeepsWhatIsSaved) {
   UndoHistory history({.bytes_max = 1, .saved_max = 2});
   EXPECT_TRUE(history.Save(Revision(1), Revision(1)).ok());

@@ -38,8 +38,9 @@ from pliant import errors, metric, motion, options
 from pliant.client import Client, SessionInfo, connect
 from pliant.diff import Diff, LimitReport, Progress, Trouble
 from pliant.errors import (
-    AlreadyExists, Cancelled, DeadlineExceeded, Error, FailedPrecondition, Internal, InvalidInput,
-    NotFound, ReplicaMismatch, ResourceExhausted, SessionBusy, Unauthenticated, Unavailable,
+    AlreadyExists, Cancelled, DataCorrupt, DeadlineExceeded, Error, FailedPrecondition, Internal,
+    InvalidInput, NotFound, ReplicaMismatch, ResourceExhausted, SessionBusy, Unauthenticated,
+    Unavailable,
     Unimplemented)
 from pliant.fields import FieldRows, TransferRows
 from pliant.geometry import Domain, Mesh
@@ -52,11 +53,11 @@ from pliant.session import Session
 from pliant.subscription import Subscription
 
 __all__ = [
-    "Advance", "AlreadyExists", "Cancelled", "Change", "Client", "Counts", "DeadlineExceeded",
-    "Diff", "Domain", "Error", "FailedPrecondition", "FieldRows", "Histogram", "Internal",
-    "InvalidInput", "JobInfo", "JobReport", "LengthStatistics", "LimitReport", "Mesh", "MeshView",
-    "NotFound", "Progress", "Quality", "ReplicaMismatch", "ResourceExhausted", "Session",
-    "SessionBusy", "SessionInfo", "Subscription", "TransferRows", "Trouble", "Unauthenticated",
-    "Unavailable", "Unimplemented", "connect", "errors", "metric", "motion", "options",
-    "start_local",
+    "Advance", "AlreadyExists", "Cancelled", "Change", "Client", "Counts", "DataCorrupt",
+    "DeadlineExceeded", "Diff", "Domain", "Error", "FailedPrecondition", "FieldRows", "Histogram",
+    "Internal", "InvalidInput", "JobInfo", "JobReport", "LengthStatistics", "LimitReport", "Mesh",
+    "MeshView", "NotFound", "Progress", "Quality", "ReplicaMismatch", "ResourceExhausted",
+    "Session", "SessionBusy", "SessionInfo", "Subscription", "TransferRows", "Trouble",
+    "Unauthenticated", "Unavailable", "Unimplemented", "connect", "errors", "metric", "motion",
+    "options", "start_local",
 ]

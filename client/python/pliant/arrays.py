@@ -20,6 +20,7 @@ _DTYPES = {
     array_pb2.DTYPE_INT32: np.dtype("<i4"),
     array_pb2.DTYPE_INT64: np.dtype("<i8"),
     array_pb2.DTYPE_FLOAT32: np.dtype("<f4"),
+    array_pb2.DTYPE_UINT8: np.dtype("u1"),
 }
 _WIRE_DTYPES = {dtype: wire for wire, dtype in _DTYPES.items()}
 
@@ -145,7 +146,7 @@ class BlobReceiver:
             blob = self._blobs[chunk.blob_id] = bytearray(chunk.total_bytes)
         end = filled + len(chunk.data)
         if chunk.offset_bytes != filled or end > len(blob):
-            raise _broken(f"chunk of blob {chunk.blob_id} at byte {chunk.offset_bytes}, "
+            raise broken(f"chunk of blob {chunk.blob_id} at byte {chunk.offset_bytes}, "
                           f"expected {filled} of {len(blob)}")
         blob[filled:end] = chunk.data
         self._filled_bytes[chunk.blob_id] = end
@@ -164,7 +165,7 @@ class BlobReceiver:
         row_bytes = dtype.itemsize * (column_count or 1)
         if (_DTYPES.get(message.dtype) != dtype or shape[1:] != tail
                 or shape[0] * row_bytes != len(raw)):
-            raise _broken(f"array {name} has dtype {message.dtype}, shape {shape} and "
+            raise broken(f"array {name} has dtype {message.dtype}, shape {shape} and "
                           f"{len(raw)} bytes; expected {dtype} with rows of {row_bytes} bytes")
         values = np.frombuffer(raw, dtype).reshape(shape)
         values.flags.writeable = False
@@ -176,11 +177,12 @@ class BlobReceiver:
         blob = self._blobs.pop(message.blob_id, None)
         filled = self._filled_bytes.pop(message.blob_id, 0)
         if blob is None or filled != len(blob):
-            raise _broken(f"array {name} names blob {message.blob_id}, which is not complete")
+            raise broken(f"array {name} names blob {message.blob_id}, which is not complete")
         return blob
 
 
-def _broken(message):
+def broken(message):
+    """The Error for a server that says what it may not."""
     return Error("PROTOCOL_ORDER", f"{message}; the server does not keep to the protocol")
 
 

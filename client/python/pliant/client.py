@@ -5,7 +5,7 @@ import weakref
 from dataclasses import dataclass
 from typing import Any, List, Mapping, Optional
 
-from pliant import arrays, calls, channel, errors, geometry, inputs, jobs
+from pliant import arrays, calls, channel, errors, files, geometry, inputs, jobs
 from pliant import options as opts
 from pliant.session import Session
 from pliant.subscription import Subscription
@@ -34,7 +34,7 @@ class SessionInfo:
     labels: Mapping[str, str]
 
 
-class Client(jobs.JobCalls):
+class Client(jobs.JobCalls, files.FileCalls):
     """A connection to one server; made by `connect` and `start_local`.
 
     Attributes:
@@ -68,7 +68,7 @@ class Client(jobs.JobCalls):
                        metric: Any = None, session_id: str = "",
                        labels: Optional[Mapping[str, str]] = None,
                        advance: Optional[opts.Advance] = None, with_metric: bool = False,
-                       with_transfer: bool = False,
+                       with_transfer: bool = False, durability: Optional[str] = None,
                        **options) -> Session:
         """Creates a session and its first mesh.
 
@@ -83,6 +83,8 @@ class Client(jobs.JobCalls):
             advance: how long the first run may take. Default: until converged.
             with_metric: keep the metric that the mesh follows in `mesh.metrics` too.
             with_transfer: every `Diff` brings the rows that carry nodal values to the new mesh.
+            durability: when a revision is on the server's disk: "none", "relaxed" (soon) or
+                "strict" (before it is acknowledged). Default: strict where the server has a store.
             **options: h_min, h_max (or hmin, hmax), hgrad, rotation, anisotropy_max as in
                 `pliant.options.Limits`; seed, variant, smoothing, no_insert, no_swap, no_move and
                 so on as in `pliant.options.SessionOptions`.
@@ -99,6 +101,8 @@ class Client(jobs.JobCalls):
         message = inputs.message_of(sender, domain, mesh, metric, options)
         message.session_id = session_id
         message.labels.update(labels or {})
+        if durability is not None:
+            message.options.durability = opts.durability_to_wire(durability)
         session = self._session(self._upload(message, sender), True,
                                 _parts(with_metric, with_transfer))
         try:

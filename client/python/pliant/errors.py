@@ -93,6 +93,10 @@ class ReplicaMismatch(Error):
     """The local copy of the mesh differs from the server's; the next call downloads it afresh."""
 
 
+class DataCorrupt(Error):
+    """Bytes are not what was written: a damaged file, or what the server has stored."""
+
+
 class Internal(Error):
     """A bug of the server; `reference` identifies it in the server's log."""
 
@@ -119,7 +123,8 @@ _STATUS_OF_NUMBER = {status.value[0]: status for status in grpc.StatusCode}
 def from_detail(detail, status=None):
     """The exception for an `ErrorDetail` message; `status` where the detail has no code."""
     status = _STATUS_OF_NUMBER.get(detail.code) if detail.code else status
-    return _CLASSES.get(status, Error)(
+    kind = DataCorrupt if detail.reason == "DATA_CORRUPT" else _CLASSES.get(status, Error)
+    return kind(
         detail.reason or (status.name if status else "UNKNOWN"), detail.message,
         field=detail.field, index=detail.index, other_index=detail.other_index,
         reference=detail.reference, retry_after_ms=detail.retry_after_ms)

@@ -16,6 +16,7 @@ def _names(enum, prefix):
 
 
 _VARIANTS = _names(options_pb2.Variant, "VARIANT_")
+_DURABILITIES = _names(options_pb2.Durability, "DURABILITY_")
 _SMOOTHINGS = _names(options_pb2.Smoothing, "SMOOTHING_")
 
 
@@ -114,6 +115,11 @@ class SessionOptions:
             smoothing=_choice("smoothing", self.smoothing, _SMOOTHINGS), step=self.step,
             speed_threshold=self.speed_threshold, metric_tolerance=self.metric_tolerance,
             hops_max=self.hops_max, vertices_max=self.vertices_max, restrictions=restrictions)
+
+
+def durability_to_wire(durability: str):
+    """The enum value. Raises InvalidInput for an unknown name."""
+    return _choice("durability", durability, _DURABILITIES)
 
 
 def split(options: Mapping[str, object]):

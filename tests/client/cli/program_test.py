@@ -229,6 +229,7 @@ def test_wrong_usage_ends_with_2(arguments):
 @pytest.mark.parametrize("command", [
     ["remesh"], ["plot"], ["quality"], ["session"], ["session", "create"], ["session", "list"],
     ["session", "show"], ["session", "get"], ["session", "quality"], ["session", "delete"],
+    ["session", "export"], ["session", "import"],
     ["job"], ["job", "list"], ["job", "show"], ["job", "wait"], ["job", "cancel"],
     ["job", "fetch"], []])
 def test_every_command_has_help_with_an_example(command):
@@ -316,6 +317,31 @@ def test_the_life_of_a_session(server, tmp_path):
 
     run("session", "delete", "plate", env=env)
     assert "SESSION_NOT_FOUND" in run("session", "show", "plate", env=env, code=1).stderr
+
+
+@needs_server
+def test_a_session_goes_to_another_server_as_a_file(server, tmp_path):
+    file = tmp_path / "plate.pliant"
+    env = {"PLIANT_SERVER": server}
+    run("session", "create", PLATE, *SIZE, "--id", "origin", env=env)
+    shown = json.loads(run("session", "show", "origin", "--json", env=env).stdout)
+    run("session", "export", "origin", "-o", file, env=env)
+    with serving(tmp_path, "--data", tmp_path / "data") as (address, _):
+        there = {"PLIANT_SERVER": address}
+        assert run("session", "import", file, "--id", "moved", env=there).stdout == "moved\n"
+        moved = json.loads(run("session", "show", "moved", "--json", env=there).stdout)
+        assert moved["state_hash"] == shown["state_hash"] and moved["revision"] == 1
+        refused = run("session", "import", file, "--id", "moved", env=there, code=1)
+        assert "SESSION_EXISTS" in refused.stderr
+        file.write_bytes(file.read_bytes()[:-1])
+        damaged = run("session", "import", file, env=there, code=1).stderr
+        assert "DATA_CORRUPT" in damaged and str(file) in damaged
+        assert "FILE_NOT_FOUND" in run("session", "import", tmp_path / "none", env=there,
+                                       code=1).stderr
+    assert "SESSION_NOT_FOUND" in run("session", "export", "nobody", "-o", tmp_path / "x",
+                                      env=env, code=1).stderr
+    assert not (tmp_path / "x").exists()
+    run("session", "delete", "origin", env=env)
 
 
 @needs_server

@@ -1,0 +1,87 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "pliant/v1/edit.pb.h"
+#include "tests/support/mirror.h"
+#include "tests/support/wire_arrays.h"
+
+/// Updates of every kind, made for the mesh of a mirror; their numbers are the caller's business.
+namespace pliant::test {
+
+inline v1::EditRequest Advance(std::int64_t visits_max = 0) {
+  v1::EditRequest request;
+  request.mutable_advance();
+  if (visits_max > 0) request.mutable_advance()->set_budget_visits(visits_max);
+  return request;
+}
+
+inline v1::EditRequest Size(const std::string& size) {
+  v1::EditRequest request;
+  request.mutable_metric()->add_sources()->mutable_size()->set_size(size);
+  return request;
+}
+
+/// Tensors at the vertices of the lower left quarter.
+inline v1::EditRequest Tensors(const Mirror& mirror, double m) {
+  std::vector<std::int32_t> ids;
+  std::vector<double> tensors;
+  for (const auto& [slot, position] : mirror.vertices) {
+    if (position[0] > 0.5 || position[1] > 0.5) continue;
+    ids.push_back(slot);
+    tensors.insert(tensors.end(), {m, 0, 2 * m});
+  }
+  v1::EditRequest request;
+  v1::VertexMetric& vertices = *request.mutable_metric()->add_sources()->mutable_vertices();
+  vertices.set_revision(mirror.revision);
+  *vertices.mutable_vertex_ids() = Ints(ids);
+  *vertices.mutable_tensors() = Doubles(tensors, 3);
+  return request;
+}
+
+inline v1::EditRequest Field(const Mirror& mirror, double factor) {
+  v1::EditRequest request;
+  request.mutable_fields()->set_revision(mirror.revision);
+  v1::FieldValues& field = *request.mutable_fields()->add_values();
+  field.set_name("u");
+  field.set_location(v1::FIELD_LOCATION_VERTEX);
+  std::vector<double> values;
+  for (const auto& [slot, position] : mirror.vertices) {
+    values.push_back(factor * position[0] + position[1]);
+  }
+  *field.mutable_values() = Doubles(values, 1);
+  return request;
+}
+
+inline v1::EditRequest Freeze(const Mirror& mirror) {
+  v1::EditRequest request;
+  std::vector<std::int32_t> ids;
+  for (const auto& [slot, position] : mirror.vertices) {
+    if (position[0] < 0.3) ids.push_back(slot);
+  }
+  request.mutable_constraints()->set_revision(mirror.revision);
+  *request.mutable_constraints()->mutable_frozen_vertices() = Ints(ids);
+  return request;
+}
+
+inline v1::EditRequest Hops(int hops_max) {
+  v1::EditRequest request;
+  request.mutable_options()->set_hops_max(hops_max);
+  return request;
+}
+
+inline v1::EditRequest Rollback(std::int64_t revision) {
+  v1::EditRequest request;
+  request.mutable_rollback()->set_to_revision(revision);
+  return request;
+}
+
+inline v1::EditRequest Discard() {
+  v1::EditRequest request;
+  request.mutable_discard();
+  return request;
+}
+
+}  // namespace pliant::test
