@@ -8,18 +8,11 @@ namespace pliant::server {
 
 IdleSweeper::IdleSweeper(SessionRegistry& registry, const Clock& clock, const Log& log,
                          std::chrono::seconds idle_max)
-    : registry_(registry), clock_(clock), log_(log), idle_max_(idle_max), thread_([this] {
-        Run();
-      }) {}
-
-IdleSweeper::~IdleSweeper() {
-  {
-    const std::lock_guard lock(mutex_);
-    stopping_ = true;
-  }
-  stop_.notify_all();
-  thread_.join();
-}
+    : registry_(registry),
+      clock_(clock),
+      log_(log),
+      idle_max_(idle_max),
+      ticker_(std::chrono::milliseconds(kIdleCheckMs), [this] { Sweep(); }) {}
 
 std::size_t IdleSweeper::Sweep() {
   const std::size_t count = registry_.CloseIdle(
@@ -29,16 +22,6 @@ std::size_t IdleSweeper::Sweep() {
                                  {}});
   if (count > 0) log_.Info("idle_close", {{"sessions", std::to_string(count)}});
   return count;
-}
-
-void IdleSweeper::Run() {
-  std::unique_lock lock(mutex_);
-  while (!stop_.wait_for(lock, std::chrono::milliseconds(kIdleCheckMs),
-                         [this] { return stopping_; })) {
-    lock.unlock();
-    Sweep();
-    lock.lock();
-  }
 }
 
 }  // namespace pliant::server

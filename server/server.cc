@@ -119,6 +119,7 @@ Server::Server(const Config& config, Parts parts, Access access, std::unique_ptr
              .log = parts_.log,
              .scheduler = &scheduler_,
              .store = job_store_.get(),
+             .accounts = &accounts_,
              .factory = parts_.engine_factory,
              .codec = WireJobCodec(context_.limits)},
             JobBoundsOf(config.jobs, ThreadCount(config.workers)), RandomSeed()),
@@ -191,6 +192,7 @@ Status Server::Bind() {
     return Error{ErrorCode::kUnavailable,
                  "cannot listen at " + config_.listen + "; is another server there?", "listen"};
   }
+  job_sweeper_.emplace(std::chrono::milliseconds(kIdleCheckMs), [this] { jobs_.Sweep(); });
   if (config_.idle_close_s > 0) {
     sweeper_.emplace(registry_, *parts_.clock, *parts_.log,
                      std::chrono::seconds(config_.idle_close_s));
@@ -205,6 +207,7 @@ void Server::Shutdown() {
   if (grpc_ == nullptr) return;
   parts_.log->Info("drain", {{"address", address_}});
   sweeper_.reset();
+  job_sweeper_.reset();
   grpc_->GetHealthCheckService()->SetServingStatus(false);
   for (const std::shared_ptr<Session>& session : registry_.All()) {
     session->Drain({ErrorCode::kUnavailable, "the server shuts down; connect again later", {}});

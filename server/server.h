@@ -22,6 +22,8 @@
 #include "server/session_registry.h"
 #include "server/sleeper.h"
 #include "server/stored_form.h"
+#include "server/tenant_account.h"
+#include "server/ticker.h"
 
 namespace pliant::server {
 
@@ -76,6 +78,7 @@ class Server {
   std::unique_ptr<grpc::Server> grpc_;
   std::string address_;
   std::optional<IdleSweeper> sweeper_;
+  std::optional<Ticker> job_sweeper_;
 };
 
 }  // namespace pliant::server

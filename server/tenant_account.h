@@ -14,8 +14,8 @@
 
 namespace pliant::server {
 
-/// What the sessions of one tenant may use together; 0: no limit. How many there may be is the
-/// registry's to count.
+/// What the sessions and running jobs of one tenant may use together; 0: no limit. How many there
+/// may be is the registry's to count.
 struct TenantLimits {
   std::int64_t vertices_max = 0;
   std::int64_t bytes_max = 0;
@@ -26,13 +26,13 @@ struct TenantLimits {
   std::chrono::milliseconds compute_burst{kTenantBurstMsDefault};
 };
 
-/// What one session uses.
+/// What one session, or one running job, uses.
 struct SessionUsage {
   std::int64_t vertices = 0;
   std::int64_t bytes = 0;  ///< Of memory, roughly.
 };
 
-/// The account of one tenant: what its sessions use, and whether they may use more.
+/// The account of one tenant: what its sessions and jobs use, and whether they may use more.
 ///
 /// Compute time is a bucket that fills while workers run its sessions and drains by the clock: a
 /// piece of work is begun while it is not full, and charged when it is done, so that one long piece

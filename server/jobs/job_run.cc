@@ -10,20 +10,26 @@ namespace pliant::server {
 
 Task::Outcome JobRun::RunSlice(Clock::Time slice_end) {
   if (over_) return Outcome::kIdle;
+  const Clock::Time begin = environment_.clock->Now();
+  Outcome outcome = Outcome::kIdle;
   // The edge of the job: what goes wrong inside must not leave it.
   try {
-    return RunUnguarded(slice_end);
+    outcome = RunUnguarded(slice_end);
   } catch (const std::exception& exception) {
     HandleBug(exception.what());
   }
-  return Outcome::kIdle;
+  if (environment_.account != nullptr) {
+    const Clock::Time now = environment_.clock->Now();
+    environment_.account->Charge(now - begin, now);
+  }
+  return outcome;
 }
 
 // One stage a slice, or as much of the loop as fits into it.
 Task::Outcome JobRun::RunUnguarded(Clock::Time slice_end) {
   if (start_.stop->load()) {
     over_ = true;
-    engine_.reset();
+    LeaveMemory();
     environment_.on_stopped(start_.info.number);
     return Outcome::kIdle;
   }
@@ -45,6 +51,7 @@ Status JobRun::Build() {
   PLIANT_ASSIGN_OR_RETURN(const SharedBytes bytes, environment_.store->LoadInput(start_.info.key));
   PLIANT_ASSIGN_OR_RETURN(const JobInput input, environment_.codec.read_input(*bytes));
   PLIANT_ASSIGN_OR_RETURN(engine_, environment_.factory(input.engine));
+  PLIANT_RETURN_IF_ERROR(Account());
   spec_ = input.advance;
   begin_ = environment_.clock->Now();
   return {};
@@ -59,6 +66,7 @@ Status JobRun::Continue(Clock::Time slice_end) {
         progress_, engine_->Step({.visits_max = std::min(spec_.visits_max - progress_.counts.visits,
                                                          environment_.visits_per_step),
                                   .cancel = start_.stop.get()}));
+    PLIANT_RETURN_IF_ERROR(Account());
     const Clock::Time now = clock.Now();
     compute_ += now - step_begin;
     environment_.on_progress(
@@ -79,6 +87,23 @@ Status JobRun::Continue(Clock::Time slice_end) {
     }
     if (now >= slice_end) return {};
   }
+}
+
+// Enters what the job uses now into its tenant's account. Error: kResourceExhausted.
+Status JobRun::Account() {
+  if (environment_.account == nullptr) return {};
+  const std::int64_t vertices = engine_->vertex_count();
+  const SessionUsage now{.vertices = vertices, .bytes = vertices * kBytesPerVertex};
+  PLIANT_RETURN_IF_ERROR(environment_.account->CheckRoom(reported_, now));
+  environment_.account->Change(reported_, now);
+  reported_ = now;
+  return {};
+}
+
+void JobRun::LeaveMemory() {
+  engine_.reset();
+  if (environment_.account != nullptr) environment_.account->Change(reported_, {});
+  reported_ = {};
 }
 
 void JobRun::Commit() {
@@ -106,7 +131,7 @@ void JobRun::Finish() {
 
 void JobRun::End(JobEnd end) {
   over_ = true;
-  engine_.reset();
+  LeaveMemory();
   environment_.on_end(start_.info.number, std::move(end));
 }
 

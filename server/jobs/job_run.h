@@ -15,11 +15,13 @@
 #include "server/limits.h"
 #include "server/log.h"
 #include "server/scheduler.h"
+#include "server/tenant_account.h"
 
 namespace pliant::server {
 
 /// The work of one job, in slices: builds the engine from the stored input, runs the loop, commits
-/// one revision, measures and writes the mesh.
+/// one revision, measures and writes the mesh. What it uses meanwhile enters its tenant's account,
+/// as that of a session does; a mesh that has no room there fails the job.
 ///
 /// Ends exactly once: with on_end, or with on_stopped if it was told to stop. It looks at that
 /// between two steps and the engine within them, so a loop that runs stops within milliseconds;
@@ -36,6 +38,8 @@ class JobRun final : public Task {
     EngineFactory factory = {};
     JobCodec codec = {};
     std::int64_t visits_per_step = kVisitsPerStep;
+    /// Of the job's tenant; null: nobody counts.
+    std::shared_ptr<TenantAccount> account = nullptr;
     std::function<void(std::int64_t number, const JobProgress&)> on_progress = {};
     std::function<void(std::int64_t number, JobEnd)> on_end = {};
     std::function<void(std::int64_t number)> on_stopped = {};
@@ -51,8 +55,10 @@ class JobRun final : public Task {
   Outcome RunUnguarded(Clock::Time slice_end);
   Status Build();
   Status Continue(Clock::Time slice_end);
+  Status Account();
   void Commit();
   void Finish();
+  void LeaveMemory();
   void End(JobEnd end);
   void Fail(const Error& error);
   void HandleBug(const std::string& what);
@@ -60,6 +66,7 @@ class JobRun final : public Task {
   const Environment environment_;
   const JobBoard::Start start_;
   std::unique_ptr<Engine> engine_;
+  SessionUsage reported_;  // What the tenant's account knows.
   AdvanceSpec spec_;
   Clock::Time begin_;
   std::chrono::nanoseconds compute_{0};

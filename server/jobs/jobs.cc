@@ -68,6 +68,14 @@ Status Jobs::Load() {
 
 void Jobs::Submit(const JobDraft& draft, Bytes input, const InfoDone& done) {
   Sweep();
+  if (environment_.accounts != nullptr) {
+    const Status has_time =
+        environment_.accounts->Of(draft.key.tenant)->CheckCompute(environment_.clock->Now());
+    if (!has_time.ok()) {
+      done(has_time.error());
+      return;
+    }
+  }
   const Result<JobInfo> reserved = board_.Reserve(draft);
   if (!reserved.ok()) {
     done(reserved);
@@ -145,7 +153,6 @@ void Jobs::Stop() {
                              {"running", std::to_string(unfinished.running)}});
 }
 
-// Forgets what has expired. Called by every call, so a result is never seen after its time.
 void Jobs::Sweep() {
   // Whoever comes next and takes the id of a forgotten job stores his own after the deletion.
   const std::lock_guard lock(sweep_mutex_);
@@ -168,6 +175,9 @@ void Jobs::StartQueued() {
             .factory = environment_.factory,
             .codec = environment_.codec,
             .visits_per_step = environment_.visits_per_step,
+            .account = environment_.accounts == nullptr
+                           ? nullptr
+                           : environment_.accounts->Of(start->info.key.tenant),
             .on_progress = [this](std::int64_t number,
                                   const JobProgress& progress) { board_.Tell(number, progress); },
             .on_end = [this](std::int64_t number, JobEnd end) { EndRun(number, std::move(end)); },

@@ -31,6 +31,8 @@ class Jobs {
     const Log* log = nullptr;
     Scheduler* scheduler = nullptr;
     JobStore* store = nullptr;
+    /// Null: nobody counts.
+    TenantAccounts* accounts = nullptr;
     EngineFactory factory = {};
     JobCodec codec = {};
     std::int64_t visits_per_step = kVisitsPerStep;
@@ -48,7 +50,8 @@ class Jobs {
   /// Takes up what the store has. Errors: those of reading its list.
   Status Load();
 
-  /// Errors: kJobExists, kResourceExhausted, kUnavailable; those of the store.
+  /// Errors: kJobExists, kUnavailable; kResourceExhausted, also for a tenant without compute time
+  /// left; those of the store.
   void Submit(const JobDraft& draft, Bytes input, const InfoDone& done);
   /// Error: kJobNotFound.
   Result<JobInfo> Get(const JobKey& key);
@@ -60,12 +63,15 @@ class Jobs {
   /// where there is no mesh. Errors: kJobNotFound, kJobNotDone; those of the store.
   void Fetch(const JobKey& key, MeshDone done);
 
+  /// Forgets what has expired. Every call does, so that no result is seen after its time; somebody
+  /// else should now and then, so that it is freed where no call comes.
+  void Sweep();
+
   /// Running jobs stop; none is started or taken any more.
   void Stop();
 
  private:
   JobStore::Done Counted(JobStore::Done done);
-  void Sweep();
   void StartQueued();
   void EndRun(std::int64_t number, JobEnd end);
 

@@ -96,9 +96,16 @@ struct JobHarness {
                                                     .log = &log,
                                                     .scheduler = scheduler.get(),
                                                     .store = &store,
+                                                    .accounts = accounts.get(),
                                                     .factory = FakeFactory(script),
                                                     .codec = TextCodec()},
                                   bounds, /*seed=*/1);
+  }
+
+  /// Limits for all tenants, from the next Restart on.
+  void Limit(const TenantLimits& limits) {
+    accounts = std::make_unique<TenantAccounts>(limits);
+    Restart();
   }
 
   Result<JobInfo> Submit(const std::string& id, std::string_view input = "", int priority = 0) {
@@ -136,6 +143,7 @@ struct JobHarness {
   JobBoard::Bounds bounds;
   ScriptedJobStore store;
   std::unique_ptr<Scheduler> scheduler;
+  std::unique_ptr<TenantAccounts> accounts;  // Null: nobody counts.
   std::unique_ptr<Jobs> jobs;
 };
 

@@ -86,9 +86,59 @@ TEST(Jobs, ForgetsWhatHasExpiredInTheStoreToo) {
   harness.clock.Advance(hours(1) - std::chrono::nanoseconds(1));
   EXPECT_TRUE(harness.Fetch("a").ok());
   harness.clock.Advance(std::chrono::nanoseconds(1));
+  EXPECT_EQ(harness.store.kept.List()->size(), 1U);
+  harness.jobs->Sweep();
+  EXPECT_TRUE(harness.store.kept.List()->empty()) << "without a call";
   EXPECT_EQ(harness.jobs->Get({"t", "a"}).error().code, kJobNotFound);
   EXPECT_TRUE(harness.store.kept.List()->empty());
   ASSERT_TRUE(harness.Submit("a").ok());
+}
+
+// Goal: what jobs use is their tenant's affair, like what its sessions use, at the bound and past
+// it. Method: a fake mesh has three vertices; a visit takes a microsecond.
+TEST(Jobs, CountInTheirTenantsAccount) {
+  JobHarness harness({.visits_needed = 10'000}, /*running_max=*/2);
+  harness.Limit({.vertices_max = 5});
+  ASSERT_TRUE(harness.Submit("first").ok());
+  for (int i = 0; i < 3; ++i) harness.scheduler->RunOne();
+  EXPECT_EQ(harness.accounts->Of("t")->usage().vertices, 3);
+  ASSERT_TRUE(harness.Submit("second").ok());
+  harness.RunAll();
+  EXPECT_EQ(harness.Get("first").state, JobState::kDone);
+  EXPECT_EQ(harness.Get("second").state, JobState::kFailed) << "six vertices at once";
+  EXPECT_TRUE(harness.OutcomeOf("second").starts_with("RESOURCE_EXHAUSTED"));
+  EXPECT_EQ(harness.accounts->Of("t")->usage().vertices, 0) << "nothing is left of them";
+  EXPECT_EQ(harness.accounts->Of("t")->usage().bytes, 0);
+  harness.Limit({.vertices_max = 6});
+  ASSERT_TRUE(harness.Submit("third").ok());
+  ASSERT_TRUE(harness.Submit("fourth").ok());
+  harness.RunAll();
+  EXPECT_EQ(harness.Get("third").state, JobState::kDone);
+  EXPECT_EQ(harness.Get("fourth").state, JobState::kDone);
+}
+
+TEST(Jobs, WaitForComputeTimeLikeAdvances) {
+  JobHarness harness({.visits_needed = 10'000});
+  harness.Limit({.compute_percent = 50, .compute_burst = std::chrono::milliseconds(1)});
+  ASSERT_TRUE(harness.Submit("a").ok());
+  harness.RunAll();  // 10 ms, of which 9 are owed.
+  EXPECT_EQ(harness.Get("a").state, JobState::kDone) << "what has begun is finished";
+  const Result<JobInfo> refused = harness.Submit("b");
+  EXPECT_EQ(refused.error().code, ErrorCode::kResourceExhausted);
+  EXPECT_GT(refused.error().retry_after_ms, 0);
+  harness.clock.Advance(std::chrono::milliseconds(refused.error().retry_after_ms));
+  EXPECT_TRUE(harness.Submit("b").ok());
+}
+
+TEST(Jobs, ACancelledOneLeavesTheAccount) {
+  JobHarness harness({.visits_needed = INT64_MAX / 2});
+  harness.Limit({.vertices_max = 5});
+  ASSERT_TRUE(harness.Submit("a").ok());
+  for (int i = 0; i < 3; ++i) harness.scheduler->RunOne();
+  EXPECT_EQ(harness.accounts->Of("t")->usage().vertices, 3);
+  ASSERT_TRUE(harness.Cancel("a").ok());
+  harness.RunAll();
+  EXPECT_EQ(harness.accounts->Of("t")->usage().vertices, 0);
 }
 
 TEST(Jobs, AnswersASubmissionOnlyIfItIsStored) {
