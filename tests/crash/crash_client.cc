@@ -73,7 +73,7 @@ std::shared_ptr<grpc::Channel> Connect(const std::string& address) {
 
 // --- The editor ---------------------------------------------------------------------------------
 
-void CrashEditor::Create(const std::atomic<bool>& stop) {
+void CrashEditor::Create(const std::atomic<bool>& stop, v1::Durability durability) {
   while (!stop) {
     const auto channel = Connect(address_);
     if (channel == nullptr) continue;
@@ -84,6 +84,7 @@ void CrashEditor::Create(const std::atomic<bool>& stop) {
     v1::CreateSessionRequest request;
     *request.mutable_create() = UnitSquare("0.15");
     request.mutable_create()->set_session_id(session_id_);
+    request.mutable_create()->mutable_options()->set_durability(durability);
     writer->Write(request);
     writer->WritesDone();
     const grpc::Status status = writer->Finish();
@@ -119,7 +120,9 @@ void CrashEditor::RunStream(const std::atomic<bool>& stop, std::int64_t updates_
       unanswered_.push_back(script_.Next());
       alive = stream->Write(unanswered_.back());
     }
-    if (unanswered_.empty() || !stream->Read(&response)) break;
+    if (unanswered_.empty()) break;
+    alive = stream->Read(&response);
+    if (!alive) break;
     if (response.has_chunk()) {
       if (!blobs.Add(response.chunk()).ok()) Fault("a chunk does not fit");
       continue;
@@ -132,7 +135,8 @@ void CrashEditor::RunStream(const std::atomic<bool>& stop, std::int64_t updates_
     }
   }
   if (unanswered_.empty()) stream->WritesDone();
-  context.TryCancel();
+  // A stream that the server has ended is not cancelled: that would hide why.
+  if (alive) context.TryCancel();
   while (stream->Read(&response)) {
   }
   const grpc::Status status = stream->Finish();

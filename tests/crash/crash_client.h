@@ -54,7 +54,8 @@ class CrashEditor {
         faults_(faults) {}
 
   /// Makes the session, however often it takes.
-  void Create(const std::atomic<bool>& stop);
+  /// @param durability  what it asks for; the editor counts on STRICT whatever it is
+  void Create(const std::atomic<bool>& stop, v1::Durability durability);
   /// Edits until told to stop and everything that was sent is answered, or `updates_max` are.
   void Run(const std::atomic<bool>& stop, std::int64_t updates_max);
 
