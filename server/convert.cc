@@ -5,6 +5,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/metric/grid_metric.h"
 #include "server/convert_array.h"
 #include "server/convert_fields.h"
 #include "server/convert_mesh.h"
@@ -51,36 +52,48 @@ Result<std::vector<Metric>> ReadTensors(const v1::Array& array, std::size_t coun
   return tensors;
 }
 
-// The source where it is a field over the plane; VertexMetric is not.
-using FieldSource = std::variant<ExpressionMetric, SizeMetric, BackgroundMetric>;
+Result<BackgroundMetric> ConvertGrid(const v1::GridMetric& wire) {
+  if (wire.column_count() < 0) {
+    return RangeError("metric.grid.column_count is negative", "metric.grid.column_count");
+  }
+  GridMetric grid{.origin = {wire.origin_x(), wire.origin_y()},
+                  .step = {wire.step_x(), wire.step_y()},
+                  .column_count = static_cast<std::size_t>(wire.column_count()),
+                  .tensors = {}};
+  PLIANT_ASSIGN_OR_RETURN(grid.tensors, ReadRows<Metric>(wire.tensors(), "metric.grid.tensors"));
+  return ToBackground(std::move(grid));
+}
 
-Result<FieldSource> ConvertSource(const v1::MetricSource& wire) {
+// A source that is a field over the plane; VertexMetric is not.
+Result<PlainMetric> ConvertSource(const v1::MetricSource& wire) {
   switch (wire.source_case()) {
     case v1::MetricSource::kExpression: {
       const v1::ExpressionMetric& e = wire.expression();
       PLIANT_RETURN_IF_ERROR(CheckExpression(e.m11(), "metric.m11"));
       PLIANT_RETURN_IF_ERROR(CheckExpression(e.m12(), "metric.m12"));
       PLIANT_RETURN_IF_ERROR(CheckExpression(e.m22(), "metric.m22"));
-      return FieldSource(ExpressionMetric{e.m11(), e.m12(), e.m22()});
+      return PlainMetric(ExpressionMetric{e.m11(), e.m12(), e.m22()});
     }
     case v1::MetricSource::kSize:
       PLIANT_RETURN_IF_ERROR(CheckExpression(wire.size().size(), "metric.size"));
-      return FieldSource(SizeMetric{wire.size().size()});
+      return PlainMetric(SizeMetric{wire.size().size()});
     case v1::MetricSource::kBackground: {
       BackgroundMetric background;
       PLIANT_ASSIGN_OR_RETURN(background.mesh,
                               ConvertMesh(wire.background().mesh(), "metric.background.mesh"));
       PLIANT_ASSIGN_OR_RETURN(background.tensors, ReadTensors(wire.background().tensors(),
                                                               background.mesh.points.size()));
-      return FieldSource(std::move(background));
+      return PlainMetric(std::move(background));
     }
     case v1::MetricSource::kVertices:
       return Error{ErrorCode::kProtocolOrder,
                    "tensors at vertices need vertices: create the session from a mesh, or give "
                    "another metric first and send tensors once there is a revision",
                    "metric.sources"};
-    case v1::MetricSource::kGrid:
-      return NotYet("A metric on a grid", "metric.sources");
+    case v1::MetricSource::kGrid: {
+      PLIANT_ASSIGN_OR_RETURN(BackgroundMetric background, ConvertGrid(wire.grid()));
+      return PlainMetric(std::move(background));
+    }
     case v1::MetricSource::kDistance:
       return NotYet("A metric by distance", "metric.sources");
     case v1::MetricSource::kSolution:
@@ -119,24 +132,45 @@ Result<MetricUpdate> ConvertLimits(const v1::MetricUpdate& wire) {
   return update;
 }
 
-Result<const v1::MetricSource*> OnlySource(const v1::MetricUpdate& update) {
-  if (update.sources_size() > 1) {
-    return NotYet("The intersection of several metric sources", "metric.sources");
+Result<IntersectedMetric> ConvertSources(const v1::MetricUpdate& wire) {
+  constexpr auto kPartsMax = static_cast<int>(IntersectedMetric::kPartsMax);
+  if (wire.sources_size() > kPartsMax) {
+    return Error{ErrorCode::kTooLarge,
+                 std::to_string(wire.sources_size()) + " metric sources; allowed are " +
+                     std::to_string(kPartsMax),
+                 "metric.sources"};
   }
-  return update.sources_size() == 1 ? &update.sources(0) : nullptr;
+  IntersectedMetric intersected;
+  for (const v1::MetricSource& source : wire.sources()) {
+    if (source.has_vertices() || source.has_solution()) {
+      return NotYet("Tensors at vertices or a solution among several metric sources",
+                    "metric.sources");
+    }
+    Result<PlainMetric> part = ConvertSource(source);
+    if (!part.ok()) {
+      Error error = part.error();
+      error.message =
+          "metric.sources[" + std::to_string(intersected.parts.size()) + "]: " + error.message;
+      return error;
+    }
+    intersected.parts.push_back(std::move(*part));
+  }
+  return intersected;
 }
 
 Result<MetricSpec> ConvertFirstMetric(const v1::CreateSession& create,
                                       const std::variant<Domain, MeshData>& start) {
   MetricSpec spec;
-  PLIANT_ASSIGN_OR_RETURN(const v1::MetricSource* source, OnlySource(create.metric()));
-  if (source == nullptr) {
+  const v1::MetricUpdate& metric = create.metric();
+  if (metric.sources_size() == 0) {
     return Error{ErrorCode::kEmpty, "a session needs a metric: set metric.sources",
                  "metric.sources"};
   }
   const MeshData* mesh = std::get_if<MeshData>(&start);
-  if (source->has_vertices() && mesh != nullptr) {
-    const v1::VertexMetric& vertices = source->vertices();
+  if (metric.sources_size() > 1) {
+    PLIANT_ASSIGN_OR_RETURN(spec.source, ConvertSources(metric));
+  } else if (metric.sources(0).has_vertices() && mesh != nullptr) {
+    const v1::VertexMetric& vertices = metric.sources(0).vertices();
     if (vertices.revision() != 0 || vertices.has_vertex_ids()) {
       return RangeError(
           "at creation, tensors are those of all points of the mesh: leave out revision and "
@@ -147,7 +181,8 @@ Result<MetricSpec> ConvertFirstMetric(const v1::CreateSession& create,
                             ReadTensors(vertices.tensors(), mesh->points.size()));
     spec.source = BackgroundMetric{*mesh, std::move(tensors)};
   } else {
-    PLIANT_ASSIGN_OR_RETURN(spec.source, ConvertSource(*source));
+    PLIANT_ASSIGN_OR_RETURN(PlainMetric source, ConvertSource(metric.sources(0)));
+    std::visit([&](auto& value) { spec.source = std::move(value); }, source);
   }
   PLIANT_ASSIGN_OR_RETURN(const MetricUpdate limits, ConvertLimits(create.metric()));
   spec.time = limits.time.value_or(0);
@@ -255,19 +290,19 @@ Status CheckSessionId(const std::string& session_id) {
 }
 
 Result<MetricUpdate> ConvertMetricUpdate(const v1::MetricUpdate& wire) {
-  PLIANT_ASSIGN_OR_RETURN(const v1::MetricSource* source, OnlySource(wire));
   PLIANT_ASSIGN_OR_RETURN(MetricUpdate update, ConvertLimits(wire));
-  if (source == nullptr) return update;
-  if (source->has_vertices()) {
-    PLIANT_ASSIGN_OR_RETURN(update.source, ConvertVertexMetric(source->vertices()));
-    return update;
+  if (wire.sources_size() == 0) return update;
+  const v1::MetricSource& source = wire.sources(0);
+  if (wire.sources_size() > 1) {
+    PLIANT_ASSIGN_OR_RETURN(update.source, ConvertSources(wire));
+  } else if (source.has_vertices()) {
+    PLIANT_ASSIGN_OR_RETURN(update.source, ConvertVertexMetric(source.vertices()));
+  } else if (source.has_solution()) {
+    PLIANT_ASSIGN_OR_RETURN(update.source, ConvertSolution(source.solution()));
+  } else {
+    PLIANT_ASSIGN_OR_RETURN(PlainMetric field, ConvertSource(source));
+    std::visit([&](auto& value) { update.source = std::move(value); }, field);
   }
-  if (source->has_solution()) {
-    PLIANT_ASSIGN_OR_RETURN(update.source, ConvertSolution(source->solution()));
-    return update;
-  }
-  PLIANT_ASSIGN_OR_RETURN(FieldSource field, ConvertSource(*source));
-  std::visit([&](auto& value) { update.source = std::move(value); }, field);
   return update;
 }
 

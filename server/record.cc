@@ -3,6 +3,7 @@
 #include <utility>
 
 #include "core/mesh/mesh_delta.h"
+#include "core/metric/saved_spec.h"
 #include "server/record_values.h"
 
 namespace pliant::server {
@@ -55,7 +56,7 @@ CommitRecord TakeCommitRecord(ByteReader& reader) {
   record.update_id = reader.Take<std::int64_t>();
   record.active_count = reader.Take<std::int64_t>();
   record.time = TakeTime(reader);
-  if (reader.Take<std::uint8_t>() != 0) record.spec = TakeSpec(reader);
+  if (reader.Take<std::uint8_t>() != 0) record.spec = TakeSharedSpec(reader);
   if (reader.Take<std::uint8_t>() == 0) {
     record.change.emplace<0>(TakeBytes(reader));
   } else {

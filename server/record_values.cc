@@ -7,41 +7,16 @@
 #include <type_traits>
 #include <utility>
 
+#include "core/base/row_bytes.h"
 #include "core/mesh/mesh_delta.h"
 #include "core/metric/saved_field.h"
+#include "core/metric/saved_spec.h"
 
 namespace pliant::server {
 namespace {
 
-// Numbers of answers and specifications are part of the format.
+// Numbers of answers are part of the format.
 enum class AnswerKind : std::uint8_t { kAccepted = 1, kRejected = 2, kAdvanced = 3 };
-enum class SpecKind : std::uint8_t { kNone = 0, kTensor = 1, kSize = 2, kBackground = 3 };
-
-// Rows of numbers of one type without padding, as one column of that type.
-template <class Number, class Row>
-constexpr std::size_t WidthOf() {
-  static_assert(std::is_trivially_copyable_v<Row> && std::is_arithmetic_v<Number>);
-  constexpr std::size_t kRowSize = sizeof(Row);
-  constexpr std::size_t kNumberSize = sizeof(Number);
-  static_assert(kRowSize % kNumberSize == 0);
-  return kRowSize / kNumberSize;
-}
-
-template <class Number, class Row>
-void PutRows(const std::vector<Row>& rows, ByteWriter& writer) {
-  writer.PutColumn(std::span<const Number>(reinterpret_cast<const Number*>(rows.data()),
-                                           rows.size() * WidthOf<Number, Row>()));
-}
-
-template <class Number, class Row>
-void TakeRows(ByteReader& reader, std::vector<Row>& rows) {
-  const std::vector<Number> column = reader.TakeColumn<Number>();
-  constexpr std::size_t kWidth = WidthOf<Number, Row>();
-  if (column.size() % kWidth != 0) return reader.Fail();
-  rows.resize(column.size() / kWidth);
-  if (!rows.empty())
-    std::memcpy(static_cast<void*>(rows.data()), column.data(), column.size() * sizeof(Number));
-}
 
 void PutFlag(bool flag, ByteWriter& writer) { writer.Put(static_cast<std::uint8_t>(flag ? 1 : 0)); }
 bool TakeFlag(ByteReader& reader) { return reader.Take<std::uint8_t>() != 0; }
@@ -177,24 +152,6 @@ AdvancedEvent TakeAdvanced(ByteReader& reader) {
   return advanced;
 }
 
-void PutMeshData(const MeshData& mesh, ByteWriter& writer) {
-  PutRows<double>(mesh.points, writer);
-  PutRows<std::int32_t>(mesh.triangles, writer);
-  writer.PutColumn(mesh.triangle_tags);
-  PutRows<std::int32_t>(mesh.edges, writer);
-  writer.PutColumn(mesh.edge_tags);
-}
-
-MeshData TakeMeshData(ByteReader& reader) {
-  MeshData mesh;
-  TakeRows<double>(reader, mesh.points);
-  TakeRows<std::int32_t>(reader, mesh.triangles);
-  mesh.triangle_tags = reader.TakeColumn<std::int32_t>();
-  TakeRows<std::int32_t>(reader, mesh.edges);
-  mesh.edge_tags = reader.TakeColumn<std::int32_t>();
-  return mesh;
-}
-
 }  // namespace
 
 void PutAnswer(const SessionEvent& event, ByteWriter& writer) {
@@ -231,49 +188,9 @@ SessionEvent TakeAnswer(ByteReader& reader) {
   return event;
 }
 
-void PutSpec(const MetricSpec* spec, ByteWriter& writer) {
-  if (spec == nullptr) return PutEnum(SpecKind::kNone, writer);
-  if (const auto* tensor = std::get_if<ExpressionMetric>(&spec->source)) {
-    PutEnum(SpecKind::kTensor, writer);
-    for (const std::string& text : {tensor->m11, tensor->m12, tensor->m22}) writer.PutText(text);
-  } else if (const auto* size = std::get_if<SizeMetric>(&spec->source)) {
-    PutEnum(SpecKind::kSize, writer);
-    writer.PutText(size->size);
-  } else {
-    const auto& background = std::get<BackgroundMetric>(spec->source);
-    PutEnum(SpecKind::kBackground, writer);
-    PutMeshData(background.mesh, writer);
-    PutRows<double>(background.tensors, writer);
-  }
-  writer.Put(spec->time);
-  PutBounds(spec->bounds, writer);
-  writer.Put(spec->gradation.gradation);
-  writer.Put(spec->gradation.rotation);
-  writer.Put(spec->gradation.geometry);
-}
-
-std::shared_ptr<const MetricSpec> TakeSpec(ByteReader& reader) {
-  const auto kind = TakeEnum(reader, SpecKind::kBackground);
-  if (!reader.ok() || kind == SpecKind::kNone) return nullptr;
-  auto spec = std::make_shared<MetricSpec>();
-  if (kind == SpecKind::kTensor) {
-    ExpressionMetric source;
-    for (std::string* text : {&source.m11, &source.m12, &source.m22}) *text = reader.TakeText();
-    spec->source = std::move(source);
-  } else if (kind == SpecKind::kSize) {
-    spec->source = SizeMetric{reader.TakeText()};
-  } else {
-    BackgroundMetric source;
-    source.mesh = TakeMeshData(reader);
-    TakeRows<double>(reader, source.tensors);
-    spec->source = std::move(source);
-  }
-  spec->time = reader.Take<double>();
-  spec->bounds = TakeBounds(reader);
-  spec->gradation.gradation = reader.Take<double>();
-  spec->gradation.rotation = reader.Take<double>();
-  spec->gradation.geometry = reader.Take<double>();
-  return spec;
+std::shared_ptr<const MetricSpec> TakeSharedSpec(ByteReader& reader) {
+  std::optional<MetricSpec> spec = TakeSpec(reader);
+  return spec ? std::make_shared<const MetricSpec>(std::move(*spec)) : nullptr;
 }
 
 void PutTransferRows(const TransferRows& rows, ByteWriter& writer) {
@@ -290,7 +207,7 @@ void PutTransferRows(const TransferRows& rows, ByteWriter& writer) {
 
 TransferRows TakeTransferRows(ByteReader& reader) {
   TransferRows rows;
-  TakeRows<std::int32_t>(reader, rows.vertex_ids);
+  rows.vertex_ids = TakeRows<std::int32_t, VertexId>(reader);
   const auto sources = reader.TakeColumn<std::int32_t>();
   const auto weights = reader.TakeColumn<double>();
   if (sources.size() != 3 * rows.vertex_ids.size() || weights.size() != sources.size()) {
@@ -357,13 +274,15 @@ MeshDiff TakeDiff(ByteReader& reader) {
   MeshDiff diff;
   diff.base_revision = Revision(reader.Take<std::int64_t>());
   diff.revision = Revision(reader.Take<std::int64_t>());
-  const auto take = [&](auto&... ids) { (TakeRows<std::int32_t>(reader, ids), ...); };
+  const auto take = [&](auto&... ids) {
+    ((ids = TakeRows<std::int32_t, typename std::decay_t<decltype(ids)>::value_type>(reader)), ...);
+  };
   take(diff.removed_vertices, diff.removed_triangles, diff.removed_edges, diff.vertex_ids,
        diff.triangle_ids, diff.triangle_vertices, diff.triangle_regions, diff.edge_ids,
        diff.edge_vertices, diff.edge_tags, diff.created_vertices, diff.created_triangles,
        diff.created_edges, diff.metric_vertex_ids);
-  TakeRows<double>(reader, diff.vertex_positions);
-  TakeRows<double>(reader, diff.metrics);
+  diff.vertex_positions = TakeRows<double, Vec2>(reader);
+  diff.metrics = TakeRows<double, Metric>(reader);
   if (TakeFlag(reader)) diff.transfer = TakeTransferRows(reader);
   diff.fields = TakeFields(reader);
   diff.summary = ReadSummary(reader);

@@ -19,9 +19,8 @@ namespace pliant::server {
 void PutAnswer(const SessionEvent& event, ByteWriter& writer);
 [[nodiscard]] SessionEvent TakeAnswer(ByteReader& reader);
 
-/// A specification; null is a value too.
-void PutSpec(const MetricSpec* spec, ByteWriter& writer);
-[[nodiscard]] std::shared_ptr<const MetricSpec> TakeSpec(ByteReader& reader);
+/// What PutSpec wrote, to be shared; null for none.
+[[nodiscard]] std::shared_ptr<const MetricSpec> TakeSharedSpec(ByteReader& reader);
 
 void PutTransferRows(const TransferRows& rows, ByteWriter& writer);
 [[nodiscard]] TransferRows TakeTransferRows(ByteReader& reader);

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/mesh/mesh_delta.h"
+#include "core/metric/saved_spec.h"
 #include "server/record.h"
 #include "server/record_values.h"
 
@@ -55,7 +56,7 @@ Status TakeUndo(ByteReader& reader, SessionMemory& memory) {
                       : ReadDelta(bytes, steps.front().delta.metric, steps.front().delta.fields);
     if (!delta.ok()) return delta.error();
     const auto active_count = reader.Take<std::int64_t>();
-    if (reader.Take<std::uint8_t>() != 0) spec = TakeSpec(reader);
+    if (reader.Take<std::uint8_t>() != 0) spec = TakeSharedSpec(reader);
     steps.push_front(UndoStep{std::move(delta).value(), spec, active_count});
   }
   const auto saved = reader.TakeColumn<std::int64_t>();
@@ -82,7 +83,7 @@ Result<SessionMemory> ReadSnapshot(std::span<const std::byte> bytes, const Sessi
   memory.summary = ReadSummary(reader);
   memory.commit_time = TakeTime(reader);
   const Bytes engine_bytes = TakeBytes(reader);
-  std::shared_ptr<const MetricSpec> spec = TakeSpec(reader);
+  std::shared_ptr<const MetricSpec> spec = TakeSharedSpec(reader);
   if (!reader.ok()) return CorruptData(kMemoryName, "ends too early");
   PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Engine> engine, makers.loader(engine_bytes));
   memory.engine = StagedEngine::Adopt(std::move(engine), std::move(spec), makers.factory);

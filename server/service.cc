@@ -250,6 +250,8 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                  "metric.size",
                                  "metric.vertices",
                                  "metric.background",
+                                 "metric.grid",
+                                 "metric.intersection",
                                  "metric.solution",
                                  "limits.size_min",
                                  "limits.size_max",

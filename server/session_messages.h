@@ -61,8 +61,8 @@ struct FieldsUpdate {
 
 /// What changes in the metric; what is absent stays.
 struct MetricUpdate {
-  std::variant<std::monostate, ExpressionMetric, SizeMetric, BackgroundMetric, VertexTensors,
-               SolutionRequest>
+  std::variant<std::monostate, ExpressionMetric, SizeMetric, BackgroundMetric, IntersectedMetric,
+               VertexTensors, SolutionRequest>
       source = {};
   std::optional<double> time = {};
   std::optional<double> size_min = {};

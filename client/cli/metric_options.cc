@@ -71,7 +71,9 @@ Result<BackgroundMetric> ReadBackground(const MetricOptions& options, const io::
 
 void AddMetricOptions(CLI::App& command, MetricOptions& options, MetricNeed need) {
   CLI::Option_group& source = *command.add_option_group(
-      "Metric", "Which sizes are wanted: formulas in x, y and t, or values at points");
+      "Metric",
+      "Which sizes are wanted: formulas in x, y and t, or values at points; of several, in every "
+      "direction the finest");
   source.add_option("--size", options.size, "Wanted edge length as a formula, e.g. 0.05+0.1*x")
       ->type_name("FORMULA");
   source
@@ -84,7 +86,7 @@ void AddMetricOptions(CLI::App& command, MetricOptions& options, MetricNeed need
                       "Sizes or tensors at points, .sol .solb or .mtr; the points are those of the "
                       "input mesh, or of --background")
           ->type_name("FILE");
-  source.require_option(need == MetricNeed::kRequired ? 1 : 0, 1);
+  source.require_option(need == MetricNeed::kRequired ? 1 : 0, 3);
   command.add_option("--background", options.background_file, "Mesh that --metric belongs to")
       ->type_name("MESH")
       ->needs(file);
@@ -120,12 +122,18 @@ Result<MetricSpec> MakeMetricSpec(const MetricOptions& options, const io::Geomet
   spec.time = options.time;
   spec.bounds = options.bounds;
   spec.gradation = options.gradation;
-  if (!options.size.empty()) {
-    spec.source = SizeMetric{options.size};
-  } else if (!options.expression.empty()) {
-    PLIANT_ASSIGN_OR_RETURN(spec.source, SplitExpression(options.expression));
+  std::vector<PlainMetric> sources;
+  if (!options.size.empty()) sources.emplace_back(SizeMetric{options.size});
+  if (!options.expression.empty()) {
+    PLIANT_ASSIGN_OR_RETURN(sources.emplace_back(), SplitExpression(options.expression));
+  }
+  if (!options.metric_file.empty()) {
+    PLIANT_ASSIGN_OR_RETURN(sources.emplace_back(), ReadBackground(options, input, input_path));
+  }
+  if (sources.size() == 1) {
+    std::visit([&](auto& source) { spec.source = std::move(source); }, sources.front());
   } else {
-    PLIANT_ASSIGN_OR_RETURN(spec.source, ReadBackground(options, input, input_path));
+    spec.source = IntersectedMetric{std::move(sources)};
   }
   return spec;
 }

@@ -234,17 +234,23 @@ v1::MeshInput ToWire(const MeshData& mesh, ColumnWriter& columns) {
 
 v1::MetricUpdate ToWire(const MetricSpec& metric, ColumnWriter& columns) {
   v1::MetricUpdate message;
-  v1::MetricSource& source = *message.add_sources();
-  std::visit(Overloaded{
-                 [&](const ExpressionMetric& expression) { SetSource(expression, source); },
-                 [&](const SizeMetric& size) { source.mutable_size()->set_size(size.size); },
-                 [&](const BackgroundMetric& background) {
-                   v1::BackgroundMetric& to = *source.mutable_background();
-                   *to.mutable_mesh() = ToWire(background.mesh, columns);
-                   *to.mutable_tensors() = Tensors(background.tensors, columns);
-                 },
-             },
-             metric.source);
+  const auto add = Overloaded{
+      [&](const ExpressionMetric& expression) { SetSource(expression, *message.add_sources()); },
+      [&](const SizeMetric& size) { message.add_sources()->mutable_size()->set_size(size.size); },
+      [&](const BackgroundMetric& background) {
+        v1::BackgroundMetric& to = *message.add_sources()->mutable_background();
+        *to.mutable_mesh() = ToWire(background.mesh, columns);
+        *to.mutable_tensors() = Tensors(background.tensors, columns);
+      },
+  };
+  std::visit(
+      Overloaded{
+          [&](const IntersectedMetric& intersected) {
+            for (const PlainMetric& part : intersected.parts) std::visit(add, part);
+          },
+          add,
+      },
+      metric.source);
   message.set_time(metric.time);
   v1::MetricLimits& limits = *message.mutable_limits();
   limits.set_size_min(metric.bounds.size_min);

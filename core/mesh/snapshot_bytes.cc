@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/base/row_bytes.h"
 #include "core/mesh/mesh_delta.h"
 
 namespace pliant {
@@ -16,30 +17,6 @@ namespace {
 
 constexpr Seal kSeal{.kind = 0x534d4c50, .version = 1};  // "PLMS"
 constexpr const char* kName = "snapshot";
-
-// Rows of plain numbers as one column.
-template <class Number, class Row>
-void PutRows(const std::vector<Row>& rows, ByteWriter& writer) {
-  static_assert(std::is_trivially_copyable_v<Row> && sizeof(Row) % sizeof(Number) == 0);
-  std::vector<Number> numbers(rows.size() * (sizeof(Row) / sizeof(Number)));
-  if (!rows.empty()) std::memcpy(numbers.data(), rows.data(), rows.size() * sizeof(Row));
-  writer.PutColumn(numbers);
-}
-
-template <class Number, class Row>
-std::vector<Row> TakeRows(ByteReader& reader) {
-  constexpr std::size_t kWidth = sizeof(Row) / sizeof(Number);
-  const std::vector<Number> numbers = reader.TakeColumn<Number>();
-  if (numbers.size() % kWidth != 0) {
-    reader.Fail();
-    return {};
-  }
-  std::vector<Row> rows(numbers.size() / kWidth);
-  if (!rows.empty()) {
-    std::memcpy(static_cast<void*>(rows.data()), numbers.data(), rows.size() * sizeof(Row));
-  }
-  return rows;
-}
 
 FieldChange TakeField(ByteReader& reader) {
   FieldChange field;

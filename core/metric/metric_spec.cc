@@ -8,6 +8,7 @@
 
 #include "core/metric/background_field.h"
 #include "core/metric/expression_field.h"
+#include "core/metric/intersected_field.h"
 
 namespace pliant {
 namespace {
@@ -73,7 +74,61 @@ Result<std::unique_ptr<MetricField>> Tried(Result<std::unique_ptr<ExpressionFiel
   return std::unique_ptr<MetricField>(std::move(made));
 }
 
+/// What all sources of a specification share.
+struct Frame {
+  ExpressionField::Settings settings;
+  BoundingBox box;
+};
+
+Result<std::unique_ptr<MetricField>> MakeField(const ExpressionMetric& tensor, const Frame& frame) {
+  return Tried(MakeTensorField(tensor, frame.settings), frame.box);
+}
+
+Result<std::unique_ptr<MetricField>> MakeField(const SizeMetric& size, const Frame& frame) {
+  return Tried(MakeSizeField(size, frame.settings), frame.box);
+}
+
+Result<std::unique_ptr<MetricField>> MakeField(const BackgroundMetric& background,
+                                               const Frame& frame) {
+  PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<BackgroundField> field,
+                          BackgroundField::Make(background, frame.settings.bounds));
+  return std::unique_ptr<MetricField>(std::move(field));
+}
+
+Result<std::unique_ptr<MetricField>> MakeField(const IntersectedMetric& intersected,
+                                               const Frame& frame) {
+  const std::size_t count = intersected.parts.size();
+  if (count == 0 || count > IntersectedMetric::kPartsMax) {
+    return Error{.code = count == 0 ? ErrorCode::kEmpty : ErrorCode::kTooLarge,
+                 .message = std::to_string(count) + " metrics to intersect; expected 1 to " +
+                            std::to_string(IntersectedMetric::kPartsMax),
+                 .field = "metric.sources"};
+  }
+  std::vector<std::shared_ptr<MetricField>> parts;
+  for (const PlainMetric& part : intersected.parts) {
+    auto made = std::visit([&](const auto& source) { return MakeField(source, frame); }, part);
+    if (!made.ok()) {
+      Error error = made.error();
+      error.message =
+          "metric.sources[" + std::to_string(parts.size()) + "]: " + std::move(error.message);
+      return error;
+    }
+    parts.push_back(std::move(*made));
+  }
+  return std::unique_ptr<MetricField>(
+      std::make_unique<IntersectedField>(std::move(parts), frame.settings.bounds));
+}
+
 }  // namespace
+
+bool IsFormula(const MetricSpec& spec) {
+  if (const auto* intersected = std::get_if<IntersectedMetric>(&spec.source)) {
+    return std::ranges::none_of(intersected->parts, [](const PlainMetric& part) {
+      return std::holds_alternative<BackgroundMetric>(part);
+    });
+  }
+  return !std::holds_alternative<BackgroundMetric>(spec.source);
+}
 
 Result<std::unique_ptr<MetricField>> MakeMetricField(const MetricSpec& spec,
                                                      const BoundingBox& box) {
@@ -83,18 +138,9 @@ Result<std::unique_ptr<MetricField>> MakeMetricField(const MetricSpec& spec,
                  .message = "metric.time is NaN or infinite; expected a finite time",
                  .field = "metric.time"};
   }
-  const ExpressionField::Settings settings = {
-      .time = spec.time, .bounds = spec.bounds, .fallback = Fallback(spec.bounds, box)};
-  if (const auto* tensor = std::get_if<ExpressionMetric>(&spec.source)) {
-    return Tried(MakeTensorField(*tensor, settings), box);
-  }
-  if (const auto* size = std::get_if<SizeMetric>(&spec.source)) {
-    return Tried(MakeSizeField(*size, settings), box);
-  }
-  PLIANT_ASSIGN_OR_RETURN(
-      std::unique_ptr<BackgroundField> field,
-      BackgroundField::Make(std::get<BackgroundMetric>(spec.source), spec.bounds));
-  return std::unique_ptr<MetricField>(std::move(field));
+  const Frame frame = {
+      {.time = spec.time, .bounds = spec.bounds, .fallback = Fallback(spec.bounds, box)}, box};
+  return std::visit([&](const auto& source) { return MakeField(source, frame); }, spec.source);
 }
 
 }  // namespace pliant

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <memory>
 #include <string>
 #include <variant>
@@ -39,9 +40,22 @@ struct BackgroundMetric {
   friend bool operator==(const BackgroundMetric&, const BackgroundMetric&) = default;
 };
 
+/// A metric that stands for itself.
+using PlainMetric = std::variant<ExpressionMetric, SizeMetric, BackgroundMetric>;
+
+/// Several metrics at once: in every direction the finest holds.
+struct IntersectedMetric {
+  static constexpr std::size_t kPartsMax = 16;
+
+  std::vector<PlainMetric> parts;  ///< 1 to kPartsMax, intersected in this order.
+
+  friend bool operator==(const IntersectedMetric&, const IntersectedMetric&) = default;
+};
+
 /// Everything that says which metric a session follows.
 struct MetricSpec {
-  std::variant<ExpressionMetric, SizeMetric, BackgroundMetric> source = SizeMetric{"1"};
+  std::variant<ExpressionMetric, SizeMetric, BackgroundMetric, IntersectedMetric> source =
+      SizeMetric{"1"};
   double time = 0;  ///< The value of t in expressions, finite.
   /// Sizes given here lie in [1e-70, 1e70].
   SizeBounds bounds = {};
@@ -52,6 +66,9 @@ struct MetricSpec {
 
   friend bool operator==(const MetricSpec&, const MetricSpec&) = default;
 };
+
+/// True if a specification is all formulas: small, and another one where the time is another.
+[[nodiscard]] bool IsFormula(const MetricSpec& spec);
 
 /// Builds the field that a specification describes, bounds applied.
 ///
@@ -69,7 +86,8 @@ struct MetricSpec {
 ///         kNonManifoldEdge for a background mesh (index = first bad point or triangle; the
 ///         other triangle at the edge in other_index); kOutOfRange for bounds and kNotFinite for
 ///         the time. Overlapping triangles are not looked for: where they overlap, the value is
-///         that of one of them.
+///         that of one of them. Of several metrics the message begins with which one is meant;
+///         kEmpty and kTooLarge (`field` "metric.sources") for their number.
 /// @par Cost  parsing, or O(n log n) for n background triangles.
 [[nodiscard]] Result<std::unique_ptr<MetricField>> MakeMetricField(const MetricSpec& spec,
                                                                    const BoundingBox& box);

@@ -6,6 +6,7 @@
 
 #include "core/metric/background_field.h"
 #include "core/metric/expression_field.h"
+#include "core/metric/intersected_field.h"
 
 namespace pliant {
 namespace {
@@ -66,7 +67,25 @@ std::shared_ptr<MetricField> ReadSizeExpression(ByteReader& reader) {
   return field.ok() ? std::move(*field) : nullptr;
 }
 
-std::shared_ptr<MetricField> ReadPlain(ByteReader& reader, SavedFieldKind kind) {
+std::shared_ptr<MetricField> ReadOf(ByteReader& reader, SavedFieldKind kind);
+
+std::shared_ptr<MetricField> ReadIntersected(ByteReader& reader) {
+  const SizeBounds bounds = TakeBounds(reader);
+  const auto count = reader.Take<std::uint32_t>();
+  if (count == 0 || count > IntersectedMetric::kPartsMax) return nullptr;
+  std::vector<std::shared_ptr<MetricField>> parts;
+  for (std::uint32_t i = 0; i < count; ++i) {
+    const auto kind = static_cast<SavedFieldKind>(reader.Take<std::uint8_t>());
+    // One inside another is never written, and bytes that go on so would never end.
+    std::shared_ptr<MetricField> part =
+        kind == SavedFieldKind::kIntersected ? nullptr : ReadOf(reader, kind);
+    if (part == nullptr) return nullptr;
+    parts.push_back(std::move(part));
+  }
+  return std::make_shared<IntersectedField>(std::move(parts), bounds);
+}
+
+std::shared_ptr<MetricField> ReadOf(ByteReader& reader, SavedFieldKind kind) {
   switch (kind) {
     case SavedFieldKind::kTensorExpression:
       return ReadTensorExpression(reader);
@@ -74,6 +93,8 @@ std::shared_ptr<MetricField> ReadPlain(ByteReader& reader, SavedFieldKind kind) 
       return ReadSizeExpression(reader);
     case SavedFieldKind::kBackground:
       return ReadBackground(reader);
+    case SavedFieldKind::kIntersected:
+      return ReadIntersected(reader);
   }
   return nullptr;
 }
@@ -82,7 +103,7 @@ std::shared_ptr<MetricField> ReadPlain(ByteReader& reader, SavedFieldKind kind) 
 
 std::shared_ptr<MetricField> ReadField(ByteReader& reader) {
   const auto kind = static_cast<SavedFieldKind>(reader.Take<std::uint8_t>());
-  std::shared_ptr<MetricField> field = ReadPlain(reader, kind);
+  std::shared_ptr<MetricField> field = ReadOf(reader, kind);
   if (!reader.ok()) field = nullptr;
   if (field == nullptr) reader.Fail();
   return field;
@@ -104,6 +125,20 @@ SizeBounds TakeBounds(ByteReader& reader) {
   bounds.size_max = reader.Take<double>();
   bounds.anisotropy_max = reader.Take<double>();
   return bounds;
+}
+
+void PutGradation(const GradationOptions& gradation, ByteWriter& writer) {
+  writer.Put(gradation.gradation);
+  writer.Put(gradation.rotation);
+  writer.Put(gradation.geometry);
+}
+
+GradationOptions TakeGradation(ByteReader& reader) {
+  GradationOptions gradation;
+  gradation.gradation = reader.Take<double>();
+  gradation.rotation = reader.Take<double>();
+  gradation.geometry = reader.Take<double>();
+  return gradation;
 }
 
 }  // namespace pliant

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/base/bytes.h"
+#include "core/metric/gradation.h"
 #include "core/metric/metric.h"
 #include "core/metric/metric_field.h"
 
@@ -14,6 +15,7 @@ enum class SavedFieldKind : std::uint8_t {
   kTensorExpression = 1,
   kSizeExpression = 2,
   kBackground = 3,
+  kIntersected = 4,
 };
 
 /// What MetricField::Save of the fields of this library begins with.
@@ -21,6 +23,9 @@ void PutFieldKind(SavedFieldKind kind, ByteWriter& writer);
 
 void PutBounds(const SizeBounds& bounds, ByteWriter& writer);
 [[nodiscard]] SizeBounds TakeBounds(ByteReader& reader);
+
+void PutGradation(const GradationOptions& gradation, ByteWriter& writer);
+[[nodiscard]] GradationOptions TakeGradation(ByteReader& reader);
 
 /// The field that MetricField::Save wrote: it answers every question with the same bits.
 ///

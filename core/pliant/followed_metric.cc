@@ -109,9 +109,7 @@ void FollowedMetric::Take(std::shared_ptr<MetricField> field, const MetricSpec* 
   state_.spec.reset();
   state_.bounds = spec == nullptr ? SizeBounds{} : spec->bounds;
   state_.limits = spec == nullptr ? GradationOptions{} : spec->gradation;
-  if (spec != nullptr && !std::holds_alternative<BackgroundMetric>(spec->source)) {
-    state_.spec = *spec;
-  }
+  if (spec != nullptr && IsFormula(*spec)) state_.spec = *spec;
   field_ = state_.source;
 }
 

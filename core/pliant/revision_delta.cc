@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/metric/saved_field.h"
+#include "core/metric/saved_spec.h"
 #include "core/pliant/saved_options.h"
 
 namespace pliant {
@@ -20,59 +21,10 @@ constexpr char kDeltaName[] = "revision record";
 /// Where a field comes from when it is read.
 enum class FieldOrigin : std::uint8_t { kBase = 0, kVertices = 1, kWritten = 2 };
 
-enum class SpecKind : std::uint8_t { kNone = 0, kTensor = 1, kSize = 2 };
-
-void WriteGradation(const GradationOptions& gradation, ByteWriter& writer) {
-  writer.Put(gradation.gradation);
-  writer.Put(gradation.rotation);
-  writer.Put(gradation.geometry);
-}
-
-GradationOptions ReadGradation(ByteReader& reader) {
-  GradationOptions gradation;
-  gradation.gradation = reader.Take<double>();
-  gradation.rotation = reader.Take<double>();
-  gradation.geometry = reader.Take<double>();
-  return gradation;
-}
-
-/// A specification that FollowedMetric remembers: never one with a background mesh.
-void WriteSpec(const std::optional<MetricSpec>& spec, ByteWriter& writer) {
-  const auto* tensor = spec ? std::get_if<ExpressionMetric>(&spec->source) : nullptr;
-  const auto* size = spec ? std::get_if<SizeMetric>(&spec->source) : nullptr;
-  const SpecKind kind = tensor != nullptr ? SpecKind::kTensor
-                        : size != nullptr ? SpecKind::kSize
-                                          : SpecKind::kNone;
-  writer.Put(static_cast<std::uint8_t>(kind));
-  if (kind == SpecKind::kNone) return;
-  if (tensor != nullptr) {
-    for (const std::string& text : {tensor->m11, tensor->m12, tensor->m22}) writer.PutText(text);
-  } else {
-    writer.PutText(size->size);
-  }
-  writer.Put(spec->time);
-  PutBounds(spec->bounds, writer);
-  WriteGradation(spec->gradation, writer);
-}
-
-std::optional<MetricSpec> ReadSpec(ByteReader& reader) {
-  const auto kind = static_cast<SpecKind>(reader.Take<std::uint8_t>());
-  if (kind == SpecKind::kNone) return std::nullopt;
-  MetricSpec spec;
-  if (kind == SpecKind::kTensor) {
-    ExpressionMetric source;
-    source.m11 = reader.TakeText();
-    source.m12 = reader.TakeText();
-    source.m22 = reader.TakeText();
-    spec.source = std::move(source);
-  } else if (kind == SpecKind::kSize) {
-    spec.source = SizeMetric{reader.TakeText()};
-  } else {
-    reader.Fail();
-  }
-  spec.time = reader.Take<double>();
-  spec.bounds = TakeBounds(reader);
-  spec.gradation = ReadGradation(reader);
+/// A specification that FollowedMetric remembers.
+std::optional<MetricSpec> TakeFormula(ByteReader& reader) {
+  std::optional<MetricSpec> spec = TakeSpec(reader);
+  if (spec && !IsFormula(*spec)) reader.Fail();
   return spec;
 }
 
@@ -151,9 +103,9 @@ Status WriteMetricState(const FollowedMetric::State& state, const FollowedMetric
                                                            : FieldOrigin::kWritten;
   writer.Put(static_cast<std::uint8_t>(origin));
   if (origin == FieldOrigin::kWritten) PLIANT_RETURN_IF_ERROR(state.source->Save(writer));
-  WriteSpec(state.spec, writer);
+  PutSpec(state.spec ? &*state.spec : nullptr, writer);
   PutBounds(state.bounds, writer);
-  WriteGradation(state.limits, writer);
+  PutGradation(state.limits, writer);
   writer.Put(static_cast<std::int32_t>(state.limit_rounds_left));
   return {};
 }
@@ -173,9 +125,9 @@ FollowedMetric::State ReadMetricState(ByteReader& reader, const FollowedMetric::
     default:
       reader.Fail();
   }
-  state.spec = ReadSpec(reader);
+  state.spec = TakeFormula(reader);
   state.bounds = TakeBounds(reader);
-  state.limits = ReadGradation(reader);
+  state.limits = TakeGradation(reader);
   if (!FollowedMetric::Check({.gradation = state.limits}).ok()) reader.Fail();
   state.limit_rounds_left = reader.Take<std::int32_t>();
   if (state.limit_rounds_left < 0 || state.limit_rounds_left > 100) reader.Fail();

@@ -92,6 +92,16 @@ TEST(Convert, AMetricSaysEverythingAboutItself) {
   EXPECT_TRUE(message.limits().has_rotation());
 }
 
+TEST(Convert, AnIntersectionIsSeveralSources) {
+  Wire wire;
+  const IntersectedMetric both{{SizeMetric{"x"}, ExpressionMetric{"1", "0", "2"}}};
+  const v1::MetricUpdate message = ToWire(Spec(both, 2.5), wire.writer);
+  ASSERT_EQ(message.sources_size(), 2);
+  EXPECT_EQ(message.sources(0).size().size(), "x");
+  EXPECT_EQ(message.sources(1).expression().m22(), "2");
+  EXPECT_EQ(message.time(), 2.5);
+}
+
 TEST(Convert, ABackgroundMetricCarriesItsMesh) {
   const MeshData mesh = Triangles({{0, 0}, {1, 0}, {0, 1}}, {{0, 1, 2}});
   const std::vector<Metric> tensors = {{1, 0, 1}, {2, 0.5, 3}, {4, -1, 5}};

@@ -97,6 +97,50 @@ TEST(ConvertCreate, RefusesWhatIsMissing) {
   ExpectRefused(test::UnitSquare(""), ErrorCode::kEmpty, "metric.size");
 }
 
+TEST(ConvertCreate, IntersectsSeveralSources) {
+  v1::CreateSession create = test::UnitSquare();
+  const std::string size = create.metric().sources(0).size().size();
+  create.mutable_metric()->add_sources()->mutable_expression()->set_m11("1");
+  create.mutable_metric()->mutable_sources(1)->mutable_expression()->set_m12("0");
+  create.mutable_metric()->mutable_sources(1)->mutable_expression()->set_m22("4");
+  const auto input = ConvertCreate(create, kLimits);
+  ASSERT_TRUE(input.ok());
+  EXPECT_EQ(std::get<IntersectedMetric>(input->engine.metric.source),
+            (IntersectedMetric{{SizeMetric{size}, ExpressionMetric{"1", "0", "4"}}}));
+
+  create.mutable_metric()->mutable_sources(1)->mutable_size()->set_size("");
+  const auto refused = ConvertCreate(create, kLimits);
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kEmpty);
+  EXPECT_EQ(refused.error().message.find("metric.sources[1]: "), 0U) << refused.error().message;
+
+  create = test::UnitSquare();
+  while (create.metric().sources_size() < 17) {
+    *create.mutable_metric()->add_sources() = create.metric().sources(0);
+  }
+  ExpectRefused(create, ErrorCode::kTooLarge, "metric.sources");
+}
+
+TEST(ConvertCreate, TakesTensorsOnAGrid) {
+  v1::CreateSession create = test::UnitSquare();
+  v1::GridMetric& grid = *create.mutable_metric()->mutable_sources(0)->mutable_grid();
+  grid.set_origin_x(-1);
+  grid.set_step_x(2);
+  grid.set_step_y(3);
+  grid.set_column_count(2);
+  *grid.mutable_tensors() = Doubles({1, 0, 1, 2, 0, 2, 3, 0, 3, 4, 0, 4}, 3);
+  const auto input = ConvertCreate(create, kLimits);
+  ASSERT_TRUE(input.ok());
+  const auto& background = std::get<BackgroundMetric>(input->engine.metric.source);
+  EXPECT_EQ(background.mesh.points, (std::vector<Vec2>{{-1, 0}, {1, 0}, {-1, 3}, {1, 3}}));
+  EXPECT_EQ(background.tensors[2], (Metric{3, 0, 3}));
+
+  grid.set_column_count(3);
+  ExpectRefused(create, ErrorCode::kArrayLength, "metric.grid.tensors");
+  grid.set_column_count(-1);
+  ExpectRefused(create, ErrorCode::kOutOfRange, "metric.grid.column_count");
+}
+
 TEST(ConvertCreate, RefusesTensorsWithoutVertices) {
   v1::CreateSession create = test::UnitSquare();
   *create.mutable_metric()->mutable_sources(0) = test::TwoTriangles().metric().sources(0);
@@ -141,9 +185,9 @@ TEST(ConvertCreate, SaysWhatIsNotImplementedInsteadOfIgnoringIt) {
                 "metric.limits.smoothing_count");
   ExpectRefused(with([](auto& c) { c.mutable_metric()->mutable_displacement(); }),
                 ErrorCode::kUnimplemented, "metric.displacement");
-  ExpectRefused(with([](auto& c) { c.mutable_metric()->add_sources()->mutable_size(); }),
+  ExpectRefused(with([](auto& c) { c.mutable_metric()->mutable_sources(0)->mutable_distance(); }),
                 ErrorCode::kUnimplemented, "metric.sources");
-  ExpectRefused(with([](auto& c) { c.mutable_metric()->mutable_sources(0)->mutable_grid(); }),
+  ExpectRefused(with([](auto& c) { c.mutable_metric()->add_sources()->mutable_vertices(); }),
                 ErrorCode::kUnimplemented, "metric.sources");
   ExpectRefused(with([](auto& c) { c.mutable_options()->set_history_bytes_max(1); }),
                 ErrorCode::kUnimplemented, "options.history_bytes_max");

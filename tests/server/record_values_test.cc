@@ -91,37 +91,6 @@ TEST(RecordValues, KeepsOtherAnswers) {
   }
 }
 
-TEST(RecordValues, KeepsEverySpecification) {
-  MetricSpec spec;
-  spec.time = 3;
-  spec.bounds = {0.1, 2, 5};
-  spec.gradation = {1.5, 0.2, 0.3};
-  BackgroundMetric background;
-  background.mesh.points = {{0, 0}, {1, 0}, {0, 1}};
-  background.mesh.triangles = {{0, 1, 2}};
-  background.mesh.triangle_tags = {4};
-  background.mesh.edges = {{0, 1}};
-  background.mesh.edge_tags = {5};
-  background.tensors.assign(3, Metric::Isotropic(0.5));
-  const auto put = [](const MetricSpec& value, ByteWriter& writer) { PutSpec(&value, writer); };
-  const auto take = [](ByteReader& reader) {
-    const auto taken = TakeSpec(reader);
-    return taken == nullptr ? MetricSpec{} : *taken;
-  };
-  for (const decltype(spec.source)& source :
-       {decltype(spec.source)(ExpressionMetric{"1", "x", "y"}),
-        decltype(spec.source)(SizeMetric{"t"}), decltype(spec.source)(background)}) {
-    spec.source = source;
-    EXPECT_TRUE(Again(spec, put, take) == spec) << "kind " << source.index();
-  }
-  ByteWriter writer;
-  PutSpec(nullptr, writer);
-  const Bytes bytes = std::move(writer).Take();
-  ByteReader reader(bytes);
-  EXPECT_EQ(TakeSpec(reader), nullptr);
-  EXPECT_TRUE(reader.AtEnd());
-}
-
 TEST(RecordValues, KeepsDiffsWhole) {
   MeshDiff diff;
   diff.base_revision = Revision(1);

@@ -33,5 +33,5 @@ def message_of(sender, domain, mesh, metric, options):
     return session_pb2.CreateSession(
         domain=domain and domain.to_wire(sender), mesh=mesh and mesh.to_wire(sender),
         options=session_options.to_wire(),
-        metric=metric_pb2.MetricUpdate(sources=[source.to_wire(sender, 0)],
+        metric=metric_pb2.MetricUpdate(sources=source.sources(sender, 0),
                                        limits=limits.to_wire()))

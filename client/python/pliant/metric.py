@@ -23,7 +23,11 @@ from pliant.v1 import mesh_pb2, metric_pb2
 
 
 class Metric:
-    """Base of all descriptions of a metric; `to_wire` gives the message."""
+    """Base of all descriptions of a metric; `to_wire` gives the message of one source."""
+
+    def sources(self, sender, revision):
+        """The sources that the server intersects: most metrics are one."""
+        return [self.to_wire(sender, revision)]
 
 
 @dataclass(frozen=True)
@@ -64,6 +68,37 @@ class Background(Metric):
         del revision
         return metric_pb2.MetricSource(background=metric_pb2.BackgroundMetric(
             mesh=self.mesh.to_wire(sender), tensors=sender.array(self.tensors)))
+
+
+class Grid(Metric):
+    """Tensors at the nodes of a regular grid; see `grid`."""
+
+    def __init__(self, origin: Any, step: Any, tensors: Any):
+        self.origin: np.ndarray = as_floats("metric.grid.origin", [origin], 2)[0]
+        self.step: np.ndarray = as_floats("metric.grid.step", [step], 2)[0]
+        values = np.asarray(tensors, dtype=float)
+        if values.ndim != 3 or values.shape[2] != 3:
+            raise InvalidInput("ARRAY_SHAPE", "metric.grid.tensors must have the shape (rows, "
+                               f"columns, 3); got {values.shape}", field="metric.grid.tensors")
+        self.column_count = values.shape[1]
+        self.tensors = as_floats("metric.grid.tensors", values.reshape(-1, 3), 3)
+
+    def to_wire(self, sender, revision):
+        del revision
+        return metric_pb2.MetricSource(grid=metric_pb2.GridMetric(
+            origin_x=self.origin[0], origin_y=self.origin[1], step_x=self.step[0],
+            step_y=self.step[1], column_count=self.column_count,
+            tensors=sender.array(self.tensors)))
+
+
+class Intersection(Metric):
+    """Several metrics at once; see `intersection`."""
+
+    def __init__(self, parts):
+        self.parts = parts
+
+    def sources(self, sender, revision):
+        return [source for part in self.parts for source in part.sources(sender, revision)]
 
 
 class Vertices(Metric):
@@ -113,6 +148,33 @@ def background(mesh: Any, tensors: Any) -> Background:
         tensors: (n, 3) m11, m12, m22 in 1 / (domain unit)^2, one row for each point of `mesh`.
     """
     return Background(mesh, tensors)
+
+
+def grid(origin: Any, step: Any, tensors: Any) -> Grid:
+    """Tensors at the nodes of a regular grid, log-Euclidean in between.
+
+    Outside the grid the value at its nearest point holds.
+
+    Args:
+        origin: (2,) the node of tensors[0, 0], domain units.
+        step: (2,) distance of columns and of rows, > 0, domain units.
+        tensors: (rows, columns, 3) m11, m12, m22 in 1 / (domain unit)^2, at least 2 x 2 nodes;
+            tensors[j, i] is at origin + (i, j) * step.
+    """
+    return Grid(origin, step, tensors)
+
+
+def intersection(*parts: Metric) -> Intersection:
+    """Several metrics at once: in every direction the finest holds.
+
+    Args:
+        parts: at most 16 of `expression`, `size`, `background`, `grid`. Tensors at vertices and
+            solutions stand alone (UNIMPLEMENTED).
+    """
+    if not parts or not all(isinstance(part, Metric) for part in parts):
+        raise InvalidInput("EMPTY", "give at least one metric, each made by a function of "
+                           "pliant.metric", field="metric")
+    return Intersection(parts)
 
 
 def vertices(tensors: Any, vertex_ids: Any = None) -> Vertices:

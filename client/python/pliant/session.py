@@ -380,7 +380,7 @@ class Session:
         def make(sender):
             message = metric_pb2.MetricUpdate(time=time, limits=limits_message)
             if source is not None:
-                message.sources.append(source.to_wire(sender, revision))
+                message.sources.extend(source.sources(sender, revision))
             return message
 
         return "metric", make

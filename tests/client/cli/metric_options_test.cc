@@ -26,10 +26,9 @@ MeshData OneTriangle() {
   return mesh;
 }
 
-TEST(MetricOptions, ExactlyOneSourceIsNeeded) {
+TEST(MetricOptions, ASourceIsNeeded) {
   EXPECT_THROW(Parsed(""), CLI::ParseError);
   EXPECT_FALSE(Parsed("", MetricNeed::kOptional).given());
-  EXPECT_THROW(Parsed("--size 1 --metric a.sol"), CLI::ParseError);
   EXPECT_THROW(Parsed("--size 1 --background a.mesh"), CLI::ParseError);
   EXPECT_TRUE(Parsed("--size 1").given());
 }
@@ -51,6 +50,13 @@ TEST(MetricOptions, FormulasTimeAndBoundsReachTheSpecification) {
   const auto size = MakeMetricSpec(Parsed("--size 0.1+x"), UnitSquare(), "in.poly");
   ASSERT_TRUE(size.ok());
   EXPECT_EQ(std::get<SizeMetric>(size->source), SizeMetric{"0.1+x"});
+}
+
+TEST(MetricOptions, SeveralSourcesAreIntersected) {
+  const auto spec = MakeMetricSpec(Parsed("--size 0.1+x --metric-expr 1;0;4"), UnitSquare(), "");
+  ASSERT_TRUE(spec.ok());
+  EXPECT_EQ(std::get<IntersectedMetric>(spec->source),
+            (IntersectedMetric{{SizeMetric{"0.1+x"}, ExpressionMetric{"1", "0", "4"}}}));
 }
 
 TEST(MetricOptions, OtherThanThreeFormulasAreRefused) {

@@ -241,6 +241,30 @@ def test_anisotropic_expression_and_background(client):
             assert len(other.mesh.points) == pytest.approx(len(one.mesh.points), rel=0.1)
 
 
+def test_intersection_of_a_size_a_grid_and_formulas(client):
+    # Goal: the finest of all holds. The minimum of sizes written out as a formula gives the same
+    # mesh; with a grid, whose sizes are right up to rounding only, about as many vertices.
+    x, y = np.meshgrid(np.linspace(0, 1, 5), np.linspace(0, 1, 3))
+    tensors = np.stack([1 / 0.05**2 + 0 * x, 0 * x, 1 / 0.05**2 + 0 * y], axis=-1)
+    parts = [pliant.metric.size("0.03 + 0.1*x"), pliant.metric.grid([0, 0], [0.25, 0.5], tensors),
+             pliant.metric.expression("1; 0; 1")]
+    with client.create_session(domain=square(), metric=pliant.metric.intersection(*parts)) as one, \
+            client.create_session(domain=square(),
+                                  metric=pliant.metric.size("min(0.05, 0.03 + 0.1*x)")) as other:
+        check_mesh(one.mesh, 1)
+        assert len(one.mesh.points) == pytest.approx(len(other.mesh.points), rel=0.05)
+        with client.create_session(domain=square(), metric=pliant.metric.intersection(
+                parts[0], pliant.metric.size(0.05))) as formulas:
+            assert (formulas.mesh.points == other.mesh.points).all()
+        diff = one.update_metric(pliant.metric.intersection(parts[0], pliant.metric.size(0.02)))
+        assert diff.insertion_count > 0
+        assert len(one.mesh.points) > 1.5 * len(other.mesh.points)
+        with pytest.raises(pliant.Unimplemented) as refused:
+            one.update_metric(pliant.metric.intersection(parts[0], pliant.metric.vertices(
+                np.tile([1.0, 0, 1], (len(one.mesh.points), 1)))))
+        assert refused.value.field == "metric.sources"
+
+
 def test_same_seed_same_bits(client):
     def build(size="0.03 + 0.1*x", **options):
         with client.create_session(domain=square(), metric=pliant.metric.size(size),

@@ -65,7 +65,9 @@ std::vector<Field> AllKinds() {
   const MetricSpec tensor{.source = ExpressionMetric{"100 + x^2", "sin(x*y)", "50 + exp(y)"}};
   MetricSpec background{.source = Tensors(4, 0.3)};
   background.bounds.size_min = 0.35;
-  return {FromSpec(size), FromSpec(tensor), FromSpec(background)};
+  MetricSpec several{.source = IntersectedMetric{{SizeMetric{"0.4 - 0.02*x"}, Tensors(3, 0.3)}}};
+  several.bounds.size_min = 0.35;
+  return {FromSpec(size), FromSpec(tensor), FromSpec(background), FromSpec(several)};
 }
 
 TEST(SavedField, AnswersWithTheSameBits) {
@@ -97,6 +99,16 @@ TEST(SavedField, RefusesWhatIsCutOffAndKindsThatAreNone) {
       EXPECT_FALSE(reader.ok());
     }
   }
+  // Intersections that hold themselves would read themselves for ever.
+  ByteWriter nested;
+  for (int depth = 0; depth < 100'000; ++depth) {
+    PutFieldKind(SavedFieldKind::kIntersected, nested);
+    PutBounds({}, nested);
+    nested.Put(std::uint32_t{1});
+  }
+  const Bytes deep = std::move(nested).Take();
+  ByteReader deep_reader(deep);
+  EXPECT_EQ(ReadField(deep_reader), nullptr);
   const Bytes unknown{std::byte{77}, std::byte{0}};
   ByteReader reader(unknown);
   EXPECT_EQ(ReadField(reader), nullptr);
