@@ -32,10 +32,10 @@ std::shared_ptr<MetricField> ReadBackground(ByteReader& reader) {
   for (std::size_t i = 0; i + 1 < numbers.size(); i += 2) {
     points.push_back({numbers[i], numbers[i + 1]});
   }
-  auto triangles = Triples<std::array<std::int32_t, 3>, std::int32_t>(reader);
+  const auto triangles = Triples<std::array<std::int32_t, 3>, std::int32_t>(reader);
   auto logs = Triples<LogMetric, double>(reader);
   if (!reader.ok()) return nullptr;
-  return BackgroundField::Restore(std::move(points), std::move(triangles), std::move(logs));
+  return BackgroundField::Restore(std::move(points), triangles, std::move(logs));
 }
 
 ExpressionField::Settings TakeSettings(ByteReader& reader) {
