@@ -68,7 +68,12 @@ class RemesherEngine final : public Engine {
   Status SetOptions(const Options& options) override { return remesher_->SetOptions(options); }
   Options options() const override { return remesher_->options(); }
   Result<Progress> Step(const Budget& budget) override { return remesher_->Step(budget); }
-  MeshDiff Commit() override { return remesher_->CommitAndTransfer(); }
+  MeshDiff Commit() override {
+    MeshDiff diff = remesher_->Commit();
+    diff.transfer.reset();  // Where fields were carried they were made, but nobody asked.
+    return diff;
+  }
+  MeshDiff CommitAndTransfer() override { return remesher_->CommitAndTransfer(); }
   void Rollback() override { remesher_->Rollback(); }
   MeshDiff Snapshot() const override {
     MeshDiff snapshot = remesher_->Snapshot();

@@ -67,8 +67,10 @@ class Engine {
   virtual Status SetOptions(const Options& options);
   [[nodiscard]] virtual Options options() const { return {}; }
   virtual Result<Progress> Step(const Budget& budget) = 0;
-  /// With transfer rows.
+  /// Without transfer rows, whose price is a third of a small commit.
   virtual MeshDiff Commit() = 0;
+  /// With them; an engine that has none commits all the same.
+  virtual MeshDiff CommitAndTransfer() { return Commit(); }
   virtual void Rollback() = 0;
   /// The ways back and forth between revisions; an engine that has none says so.
   virtual std::optional<RevisionDelta> TakeUndo() { return std::nullopt; }

@@ -1,5 +1,6 @@
 #include "server/followers.h"
 
+#include <algorithm>
 #include <map>
 #include <utility>
 
@@ -36,6 +37,12 @@ bool Followers::AnyWaits(Revision revision) const {
 std::size_t Followers::count() const {
   const std::lock_guard lock(mutex_);
   return entries_.size();
+}
+
+bool Followers::AnyWantsTransfer() const {
+  const std::lock_guard lock(mutex_);
+  return std::any_of(entries_.begin(), entries_.end(),
+                     [](const auto& entry) { return entry->subscriber->wants_transfer(); });
 }
 
 std::vector<std::shared_ptr<Followers::Entry>> Followers::Entries() const {

@@ -23,6 +23,8 @@ class Subscriber {
   /// Nothing is under way to it: it can take one message more. Whoever makes this true wakes the
   /// session.
   [[nodiscard]] virtual bool ready() const = 0;
+  /// Wants transfer rows with the diffs, from beginning to end.
+  [[nodiscard]] virtual bool wants_transfer() const { return false; }
   /// Takes a message: DiffEvent, SnapshotEvent or BookmarkEvent. Only while ready.
   virtual void Send(SessionEvent event) = 0;
   /// Ends the call with this error, after a closing event.
@@ -45,6 +47,7 @@ class Followers {
   /// Somebody is ready and does not have this revision, or has had no answer yet.
   [[nodiscard]] bool AnyWaits(Revision revision) const;
   [[nodiscard]] std::size_t count() const;
+  [[nodiscard]] bool AnyWantsTransfer() const;
 
   /// Where the session is. The snapshot is made only if somebody needs it.
   struct Source {

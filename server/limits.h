@@ -57,10 +57,10 @@ inline constexpr std::size_t kHistoryBytesLeast = 256 << 10;
 /// Bytes of undo data that a session keeps, beyond what saved revisions need: a raw record is about
 /// three times its row in a diff.
 inline constexpr std::size_t kUndoBytesMax = 64 << 20;
-/// The same for each vertex: about four meshes; but not below the least, a hundred updates of a
-/// mesh of a thousand vertices.
+/// The same for each vertex: about four meshes; but not below the least, four meshes of five
+/// hundred vertices.
 inline constexpr std::size_t kUndoBytesPerVertex = 1024;
-inline constexpr std::size_t kUndoBytesLeast = 2 << 20;
+inline constexpr std::size_t kUndoBytesLeast = 512 << 10;
 /// Saved revisions of one session: each can cost as much as the mesh.
 inline constexpr std::size_t kSavedRevisionsMax = 16;
 /// Time without news after which a subscriber gets a bookmark, in ms: a sign of life that costs

@@ -219,8 +219,8 @@ Result<Bytes> WriteMemory(const SessionMemory& memory) {
   PutBytes(engine, writer);
   PutSpec(memory.engine->committed_spec().get(), writer);
   writer.Put(memory.results.last_update_id());
-  writer.Put(static_cast<std::uint32_t>(memory.results.events().size()));
-  for (const SessionEvent& answer : memory.results.events()) PutAnswer(answer, writer);
+  writer.Put(static_cast<std::uint32_t>(memory.results.count()));
+  for (std::size_t i = 0; i < memory.results.count(); ++i) PutAnswer(memory.results.At(i), writer);
   PLIANT_RETURN_IF_ERROR(PutUndo(memory, writer));
   writer.Put(static_cast<std::uint32_t>(memory.history.count()));
   for (const auto& diff : memory.history.diffs()) PutDiff(*diff, writer);

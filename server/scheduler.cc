@@ -41,6 +41,7 @@ bool Scheduler::RunOne() {
     task->state_ = Task::State::kRunning;
   }
   RunSliceOf(task);
+  wake_.notify_one();  // For what it left in the queue, of which the caller need not take care.
   return true;
 }
 
@@ -79,9 +80,10 @@ void Scheduler::RunSliceOf(const std::shared_ptr<Task>& task) {
     task->state_ = Task::State::kIdle;
     return;
   }
+  // Nobody is woken for it: the worker that has run it takes the front of the queue next. A task
+  // that is alone so stays on its thread and in that thread's cache.
   task->state_ = Task::State::kQueued;
   queue_.push_back(task);
-  wake_.notify_one();
 }
 
 }  // namespace pliant::server

@@ -317,6 +317,7 @@ void Session::HandleCall(const SessionCall& call) {
 
 void Session::HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open) {
   mirror_ = open.mirror;
+  editor_wants_transfer_ = open.wants_transfer;
   SessionEvent opened = MakeEvent(0);
   opened.body = OpenedEvent{.last_update_id = results_.last_update_id(),
                             .active_count = active_count_,

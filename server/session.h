@@ -297,6 +297,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   std::int64_t applied_update_id_ = 0;
   std::int64_t active_count_ = 0;
   Mirror mirror_ = Mirror::kFull;
+  bool editor_wants_transfer_ = false;  // The last one: it may come back for what it missed.
   std::optional<RunningAdvance> advance_;
   // What is being handled, so that a bug in it is answered too.
   std::shared_ptr<Editor> current_editor_;

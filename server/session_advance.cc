@@ -127,7 +127,9 @@ void Session::CommitOnTheWay(Clock::Time now) {
 
 // The mesh as it is becomes a revision, for everybody who asks or listens.
 std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
-  auto diff = std::make_shared<const MeshDiff>(engine_->Commit());
+  const bool with_rows = editor_wants_transfer_ || followers_.AnyWantsTransfer();
+  auto diff = std::make_shared<const MeshDiff>(with_rows ? engine_->CommitAndTransfer()
+                                                         : engine_->Commit());
   std::optional<UndoStep> undo = engine_->TakeUndo();
   const std::int64_t undo_active_count =
       std::exchange(active_count_, advance.progress.active_count);

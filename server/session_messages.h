@@ -44,6 +44,7 @@ enum class Mirror { kFull, kNone };
 struct OpenCommand {
   Revision mirror_revision = Revision::kNone;  ///< What the client has.
   Mirror mirror = Mirror::kFull;
+  bool wants_transfer = false;  ///< Transfer rows with the diffs.
 };
 
 /// Tensors at vertices of one revision.

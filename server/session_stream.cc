@@ -201,8 +201,9 @@ Result<std::optional<SessionCommand>> EditStream::Handle(v1::EditRequest& reques
 }
 
 Result<SessionCommand> EditStream::HandleOpen(const v1::EditRequest& request) {
-  PLIANT_ASSIGN_OR_RETURN(const OpenCommand open, ConvertOpen(request.open()));
+  PLIANT_ASSIGN_OR_RETURN(OpenCommand open, ConvertOpen(request.open()));
   PLIANT_ASSIGN_OR_RETURN(const WantedParts parts, ConvertParts(request.open().parts()));
+  open.wants_transfer = parts.transfer && open.mirror == Mirror::kFull;
   PLIANT_ASSIGN_OR_RETURN(
       std::shared_ptr<Session> session,
       environment_.registry->Find(*environment_.tenant, request.open().session_id()));
@@ -245,7 +246,10 @@ void EditStream::Pump() {
   if (std::optional<v1::EditResponse> response = outbox_.Pop()) {
     writing_ = true;
     response_ = *std::move(response);
-    StartWrite(&response_);
+    // With more to come the bytes may wait for it: one system call and one wake-up for all.
+    grpc::WriteOptions options;
+    if (!outbox_.empty()) options.set_buffer_hint();
+    StartWrite(&response_, options);
     return;
   }
   const bool all_answered = client_is_done_ && inbox_.empty() && commands_taken_ == 0;

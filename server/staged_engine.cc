@@ -315,12 +315,24 @@ Status StagedEngine::Discard() {
 MeshDiff StagedEngine::Commit() {
   PLIANT_CHECK(!tainted_);
   MeshDiff diff = engine_->Commit();
+  EndStage();
+  return diff;
+}
+
+MeshDiff StagedEngine::CommitAndTransfer() {
+  PLIANT_CHECK(!tainted_);
+  MeshDiff diff = engine_->CommitAndTransfer();
+  EndStage();
+  return diff;
+}
+
+// All that was staged is committed.
+void StagedEngine::EndStage() {
   first_input_ = nullptr;
   previous_spec_ = std::exchange(committed_spec_, spec_);
   staged_count_ = 0;
   motion_fraction_.reset();
   stepped_ = false;
-  return diff;
 }
 
 }  // namespace pliant::server

@@ -81,8 +81,9 @@ class StagedEngine {
     return engine_->Step(budget);
   }
 
-  /// As Engine::Commit. @pre !tainted()
+  /// As Engine's. @pre !tainted()
   MeshDiff Commit();
+  MeshDiff CommitAndTransfer();
 
   /// What the engine follows, with what is staged and without; null where that is no
   /// specification.
@@ -99,6 +100,7 @@ class StagedEngine {
   StagedEngine(std::unique_ptr<EngineInput> input, EngineFactory factory,
                std::unique_ptr<Engine> engine);
   [[nodiscard]] Status CheckCommitted() const;
+  void EndStage();
   Status SetSpec(const MetricUpdate& update);
   Status SetTensors(const VertexTensors& tensors);
   Status Move(const MotionUpdate& update);

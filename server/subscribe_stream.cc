@@ -148,7 +148,10 @@ void SubscribeStream::Pump() {
   if (next_ < messages_.size()) {
     writing_ = true;
     is_quiet_ = false;
-    StartWrite(&messages_[next_++]);
+    // As in EditStream::Pump.
+    grpc::WriteOptions options;
+    if (next_ + 1 < messages_.size()) options.set_buffer_hint();
+    StartWrite(&messages_[next_++], options);
     return;
   }
   messages_.clear();

@@ -50,6 +50,7 @@ class SubscribeStream final : public grpc::ServerWriteReactor<v1::SubscribeRespo
   void OnDone() override;
 
   [[nodiscard]] bool ready() const override;
+  [[nodiscard]] bool wants_transfer() const override { return parts_.transfer; }
   void Send(SessionEvent event) override;
   void Close(const Error& error) override;
 

@@ -42,11 +42,6 @@ Status CheckAscending(const std::vector<Id>& ids, const std::string& field) {
   return {};
 }
 
-template <class Id>
-bool Contains(const std::vector<Id>& sorted, Id id) {
-  return std::binary_search(sorted.begin(), sorted.end(), id);
-}
-
 struct ListNames {
   const char* removed;
   const char* listed;
@@ -58,8 +53,11 @@ Status CheckKind(const Slots& slots, const std::vector<Id>& removed, const std::
                  const ListNames& names) {
   PLIANT_RETURN_IF_ERROR(CheckAscending(removed, names.removed));
   PLIANT_RETURN_IF_ERROR(CheckAscending(listed, names.listed));
+  auto next = listed.begin();  // Both lists ascend.
   for (std::size_t i = 0; i < removed.size(); ++i) {
-    if (!slots.IsLive(removed[i].value()) || Contains(listed, removed[i])) {
+    while (next != listed.end() && *next < removed[i]) ++next;
+    const bool is_listed = next != listed.end() && *next == removed[i];
+    if (!slots.IsLive(removed[i].value()) || is_listed) {
       return Mismatch(
           names.removed,
           "slot " + Text(removed[i].value()) + " is removed, but it is free here or listed as well",
@@ -103,6 +101,20 @@ Status MeshReplica::Apply(const MeshDiff& diff) {
     return Mismatch("revision", "the diff leads back to revision " + Text(diff.revision));
   }
   PLIANT_RETURN_IF_ERROR(CheckLists(diff));
+  MarkLiveAfter(diff);
+  const Status status = CheckSound(diff);
+  if (!status.ok()) {
+    UnmarkLiveAfter(diff);
+    return status;
+  }
+  Write(diff);
+  summary_ = diff.summary;
+  revision_ = diff.revision;
+  return {};
+}
+
+/// That what the diff leads to is whole, and the server's.
+Status MeshReplica::CheckSound(const MeshDiff& diff) const {
   PLIANT_RETURN_IF_ERROR(CheckReferences(diff));
   const MeshSummary after = SummaryAfter(diff);
   const MeshSummary& wanted = diff.summary;
@@ -120,10 +132,28 @@ Status MeshReplica::Apply(const MeshDiff& diff) {
                                       " the server's mesh has the hash " + Hex(wanted.state_hash) +
                                       ", the replica would have " + Hex(after.state_hash));
   }
-  Write(diff);
-  summary_ = after;
-  revision_ = diff.revision;
   return {};
+}
+
+/// Searching the lists for every corner of every triangle cost more than all other checks.
+void MeshReplica::MarkLiveAfter(const MeshDiff& diff) {
+  for (const VertexId id : diff.removed_vertices) live_after_[id.index()] = 0;
+  if (diff.vertex_ids.empty()) return;
+  // A damaged diff may name a slot far out: no memory for that before it is known to be right.
+  const std::size_t slots = std::min(diff.vertex_ids.back().index() + 1,
+                                     4 * (live_after_.size() + diff.vertex_ids.size()));
+  if (slots > live_after_.size()) live_after_.resize(slots);
+  for (const VertexId id : diff.vertex_ids) {
+    if (id.index() < live_after_.size()) live_after_[id.index()] = 1;
+  }
+}
+
+void MeshReplica::UnmarkLiveAfter(const MeshDiff& diff) {
+  for (const auto* ids : {&diff.removed_vertices, &diff.vertex_ids}) {
+    for (const VertexId id : *ids) {
+      if (id.index() < live_after_.size()) live_after_[id.index()] = IsLive(id) ? 1 : 0;
+    }
+  }
 }
 
 Status MeshReplica::Reset(const MeshDiff& snapshot) {
@@ -157,8 +187,9 @@ Status MeshReplica::CheckLists(const MeshDiff& diff) const {
 /// The hash would notice a wrong corner as well, but only if the server is right.
 Status MeshReplica::CheckReferences(const MeshDiff& diff) const {
   const auto lives = [&](VertexId id) {
-    return Contains(diff.vertex_ids, id) ||
-           (vertices_.IsLive(id.value()) && !Contains(diff.removed_vertices, id));
+    if (!id.valid()) return false;
+    if (id.index() < live_after_.size()) return live_after_[id.index()] != 0;
+    return std::binary_search(diff.vertex_ids.begin(), diff.vertex_ids.end(), id);
   };
   const auto check = [&](const auto& rows, const char* field) -> Status {
     for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -232,6 +263,7 @@ void MeshReplica::Write(const MeshDiff& diff) {
   for (std::size_t i = 0; i < diff.vertex_ids.size(); ++i) {
     vertices_.Write(diff.vertex_ids[i].index(), diff.vertex_positions[i], 0);
   }
+  if (live_after_.size() < vertices_.live.size()) live_after_ = vertices_.live;
   for (std::size_t i = 0; i < diff.triangle_ids.size(); ++i) {
     triangles_.Write(diff.triangle_ids[i].index(), diff.triangle_vertices[i],
                      diff.triangle_regions[i]);

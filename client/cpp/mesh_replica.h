@@ -45,7 +45,7 @@ class MeshReplica {
   /// Fails with kReplicaMismatch, a message that says what differs, and leaves the replica as it
   /// was; `field` is one of "base_revision", "removed_vertices", "vertex_ids" and so on, "counts"
   /// or "state_hash". The way out is a snapshot (Session::Resync).
-  /// @par Cost O(diff log diff)
+  /// @par Cost O(diff)
   [[nodiscard]] Status Apply(const MeshDiff& diff);
 
   /// Replaces everything by a snapshot (a diff from revision 0). Fails like Apply.
@@ -95,6 +95,9 @@ class MeshReplica {
   /// What a diff would do to the counts and the hash. Assumes that its lists are sound.
   [[nodiscard]] MeshSummary SummaryAfter(const MeshDiff& diff) const;
   [[nodiscard]] Status CheckLists(const MeshDiff& diff) const;
+  void MarkLiveAfter(const MeshDiff& diff);
+  void UnmarkLiveAfter(const MeshDiff& diff);
+  [[nodiscard]] Status CheckSound(const MeshDiff& diff) const;
   [[nodiscard]] Status CheckReferences(const MeshDiff& diff) const;
   void Write(const MeshDiff& diff);
 
@@ -103,6 +106,8 @@ class MeshReplica {
   Slots<Vec2> vertices_;
   Slots<std::array<VertexId, 3>> triangles_;
   Slots<std::array<VertexId, 2>> edges_;
+  /// Vertices that live, and while a diff is checked those that will, if it is taken.
+  std::vector<std::uint8_t> live_after_;
   std::vector<Metric> metrics_;
   std::vector<std::uint8_t> metric_known_;
 };

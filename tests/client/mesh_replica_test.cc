@@ -142,6 +142,30 @@ INSTANTIATE_TEST_SUITE_P(
         Damage{"MetricMissing", "metric.tensors", [](MeshDiff& d) { d.metrics.pop_back(); }}),
     [](const auto& info) { return info.param.name; });
 
+// Goal: a diff that names a slot far out, as no server does, is refused before memory is spent on
+// it; one whose vertex is there by right is taken.
+TEST(MeshReplica, ASlotFarOutCostsNothingBeforeItIsKnownToBeRight) {
+  Pair pair(/*seed=*/12);
+  const VertexId far(500'000'000);
+  MeshDiff diff = DiffOf(pair.model, pair.changer.Next(pair.model, 5));
+  diff.vertex_ids.push_back(far);
+  diff.vertex_positions.push_back({1, 1});
+  const std::size_t slots = pair.replica.positions().size();
+  EXPECT_EQ(pair.replica.Apply(diff).error().field, "counts");
+  EXPECT_EQ(pair.replica.positions().size(), slots);
+  EXPECT_FALSE(pair.replica.IsLive(far));
+  ExpectSame(pair.replica, pair.model);
+
+  const VertexId further(2'000);  // More than four times what there is.
+  ModelMesh next = pair.model;
+  next.revision = Revision{static_cast<std::int64_t>(next.revision) + 1};
+  next.vertices[further] = next.vertices.begin()->second;
+  auto& corners = next.triangles.begin()->second.first;
+  corners[2] = further;  // The greatest slot may stand last.
+  ASSERT_TRUE(pair.replica.Apply(DiffOf(pair.model, next)).ok());
+  ExpectSame(pair.replica, next);
+}
+
 TEST(MeshReplica, ADiffThatComesTwiceIsRefused) {
   Pair pair(/*seed=*/12);
   const ModelMesh next = pair.changer.Next(pair.model, 5);

@@ -49,7 +49,7 @@ TEST(Engine, CarriesFieldsAndTellsThem) {
   ASSERT_TRUE(engine->SetFields({.values = {values}}).ok());
   ASSERT_TRUE(engine->SetMetric({.source = SizeMetric{"0.1"}}).ok());
   ASSERT_TRUE(engine->Step({}).ok());
-  const MeshDiff diff = engine->Commit();
+  const MeshDiff diff = engine->CommitAndTransfer();
   ASSERT_TRUE(diff.transfer.has_value());
   EXPECT_EQ(diff.transfer->vertex_ids, diff.vertex_ids);
   ASSERT_EQ(diff.fields.changed.size(), 1U);
@@ -62,6 +62,25 @@ TEST(Engine, CarriesFieldsAndTellsThem) {
     EXPECT_EQ(rows.slots[i], snapshot.vertex_ids[i].value());
     EXPECT_NEAR(rows.values[i], 2 * p.x - p.y, 1e-13);
   }
+}
+
+// Goal: rows are there where they are asked for and nowhere else; nothing else depends on it.
+TEST(Engine, MakesTransferRowsOnlyWhenAsked) {
+  std::vector<MeshDiff> diffs;
+  for (const bool with_rows : {false, true}) {
+    auto engine = *RemesherFactory()(Square());
+    ASSERT_TRUE(engine->Step({}).ok());
+    const MeshDiff first = engine->Commit();
+    const std::vector<double> ones(first.vertex_ids.size(), 1.0);
+    ASSERT_TRUE(engine->SetFields({.values = {{.name = "u", .values = ones}}}).ok());
+    ASSERT_TRUE(engine->SetMetric({.source = SizeMetric{"0.1"}}).ok());
+    ASSERT_TRUE(engine->Step({}).ok());
+    diffs.push_back(with_rows ? engine->CommitAndTransfer() : engine->Commit());
+    EXPECT_EQ(diffs.back().transfer.has_value(), with_rows);
+  }
+  EXPECT_EQ(diffs[0].summary, diffs[1].summary);
+  ASSERT_EQ(diffs[0].fields.changed.size(), 1U);
+  EXPECT_EQ(diffs[0].fields.changed[0].rows.values, diffs[1].fields.changed[0].rows.values);
 }
 
 // Goal: the metric of a solution, by values and by the name of a field, gives the same mesh.

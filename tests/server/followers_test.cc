@@ -56,6 +56,18 @@ TEST_F(FollowersTest, ANewOneGetsASnapshotTheDiffsSinceOrABookmark) {
   EXPECT_EQ(old->log.size(), 1U) << "nothing is told twice";
 }
 
+TEST_F(FollowersTest, KnowsWhetherAnybodyWantsTransferRows) {
+  const auto plain = std::make_shared<FakeSubscriber>();
+  const auto keen = std::make_shared<FakeSubscriber>();
+  keen->wants_rows = true;
+  ASSERT_TRUE(followers.Add(plain, Revision(0)).ok());
+  EXPECT_FALSE(followers.AnyWantsTransfer());
+  ASSERT_TRUE(followers.Add(keen, Revision(0)).ok());
+  EXPECT_TRUE(followers.AnyWantsTransfer());
+  followers.Remove(keen.get());
+  EXPECT_FALSE(followers.AnyWantsTransfer());
+}
+
 // Goal: a slow reader gets merged diffs, and a snapshot when the history is gone; nothing is held
 // for it meanwhile.
 TEST_F(FollowersTest, ASlowOneGetsMergedDiffsThenASnapshot) {

@@ -166,6 +166,27 @@ TEST(Session, TellsSubscribersWhatIsCommittedAndWhenItEnds) {
             ErrorCode::kSessionNotFound);
 }
 
+// Goal: transfer rows cost time, so they are made while somebody wants them and not otherwise. An
+// editor whose connection has broken still counts: it comes back for what it missed.
+TEST(Session, MakesTransferRowsWhileSomebodyWantsThem) {
+  SessionHarness h;
+  const auto advance = [&](std::int64_t id, bool wants_transfer) {
+    const OpenCommand open{.wants_transfer = wants_transfer};
+    const auto editor = h.Edit({open, SessionHarness::AdvanceOf(id)});
+    h.session->Detach(editor.get());
+    return std::exchange(h.script->transfer_count, 0);
+  };
+  EXPECT_EQ(advance(1, false), 0);
+  EXPECT_EQ(advance(2, true), 1);
+  EXPECT_EQ(advance(3, false), 0);
+  const auto subscriber = std::make_shared<FakeSubscriber>();
+  subscriber->wants_rows = true;
+  ASSERT_TRUE(h.session->Subscribe(subscriber, Revision(0)).ok());
+  EXPECT_EQ(advance(4, false), 1);
+  h.session->Unsubscribe(subscriber.get());
+  EXPECT_EQ(advance(5, false), 0);
+}
+
 TEST(Session, HasOneEditorAtATime) {
   SessionHarness harness;
   const auto first = harness.Edit({OpenCommand{}});

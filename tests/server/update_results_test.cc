@@ -22,6 +22,25 @@ TEST(UpdateResults, RemembersUpToItsBoundAndForgetsTheOldestBeyond) {
   EXPECT_EQ(results.last_update_id(), 8);
 }
 
+// Goal: every kind of answer comes back as it was, in order.
+TEST(UpdateResults, GivesBackWhatWasAdded) {
+  UpdateResults results(4);
+  const Error error{ErrorCode::kNotFinite, "no", "metric.tensors", 17};
+  results.Add({.update_id = 2, .revision = Revision(5), .body = AcceptedEvent{.staged_count = 3}});
+  results.Add({.update_id = 4, .revision = Revision(5), .body = RejectedEvent{error}});
+  results.Add({.update_id = 9,
+               .revision = Revision(6),
+               .body = AdvancedEvent{.base_revision = Revision(5), .motion_fraction = 0.5}});
+  ASSERT_EQ(results.count(), 3U);
+  const SessionEvent accepted = *results.Find(2);
+  EXPECT_EQ(accepted.revision, Revision(5));
+  EXPECT_EQ(std::get<AcceptedEvent>(accepted.body).staged_count, 3);
+  EXPECT_EQ(std::get<RejectedEvent>(results.Find(4)->body).error.index, 17);
+  EXPECT_EQ(std::get<AdvancedEvent>(results.Find(9)->body).motion_fraction, 0.5);
+  EXPECT_EQ(results.At(0).update_id, 2);
+  EXPECT_EQ(results.At(2).revision, Revision(6));
+}
+
 TEST(UpdateResults, KnowsNothingOfIdsThatNeverWere) {
   UpdateResults results(4);
   results.Add(Accepted(3));

@@ -45,6 +45,7 @@ struct FakeEngineScript {
   bool invalid_after_rollback = false;
   int created_count = 0;
   int rollback_count = 0;
+  int transfer_count = 0;  ///< Commits with transfer rows.
   std::vector<std::string> calls = {};
 };
 
@@ -127,6 +128,10 @@ class FakeEngine final : public Engine {
     visits_ = 0;
     committed_work_ = work_;
     return diff;
+  }
+  MeshDiff CommitAndTransfer() override {
+    ++script_->transfer_count;
+    return Commit();
   }
   void Rollback() override {
     ++script_->rollback_count;
@@ -212,6 +217,7 @@ class FakeEditor final : public Editor {
 class FakeSubscriber final : public Subscriber {
  public:
   [[nodiscard]] bool ready() const override { return is_ready; }
+  [[nodiscard]] bool wants_transfer() const override { return wants_rows; }
   void Send(SessionEvent event) override {
     const auto number = [](Revision revision) {
       return std::to_string(static_cast<std::int64_t>(revision));
@@ -230,6 +236,7 @@ class FakeSubscriber final : public Subscriber {
   std::vector<std::string> log;
   std::optional<Error> closed;
   bool is_ready = true;
+  bool wants_rows = false;
 };
 
 }  // namespace pliant::server

@@ -167,6 +167,32 @@ TEST(FindTroubles, LooksOnlyAtWhatChangedSinceTheLastCommit) {
   }
 }
 
+// Goal: the triangles at the changes, ascending and each once, whether they lie close together by
+// slot or far apart. Oracle: every triangle is asked whether one of its corners changed.
+TEST(TrianglesAtChanges, AreThoseWithAChangedCorner) {
+  const auto remesher = Build(testing::DiagonalCase(5'000));
+  (void)remesher->Commit();
+  const Mesh& mesh = remesher->mesh();
+  for (const std::int32_t stride : {1, 7, 400}) {
+    SCOPED_TRACE(stride);
+    ChangeLog log;
+    std::vector<bool> changed(static_cast<std::size_t>(mesh.vertex_slots()));
+    for (std::int32_t v = 3, n = 0; v < mesh.vertex_slots() && n < 12; v += stride, ++n) {
+      log.vertices.emplace_back(VertexId(v), mesh.vertex(VertexId(v)));
+      changed[static_cast<std::size_t>(v)] = true;
+    }
+    std::vector<TriangleId> expected;
+    for (const TriangleId id : LiveTrianglesOf(mesh)) {
+      const auto& corners = mesh.triangle(id).vertices;
+      const bool touched = std::any_of(corners.begin(), corners.end(),
+                                       [&](VertexId v) { return changed[v.index()]; });
+      if (touched) expected.push_back(id);
+    }
+    EXPECT_EQ(TrianglesAtChanges(mesh, log), expected);
+  }
+  EXPECT_TRUE(TrianglesAtChanges(mesh, {}).empty());
+}
+
 TEST(FindTroubles, IsBoundedAndCountsEverything) {
   // Slits far from each other, each smaller than the wanted size.
   Case slits{testing::Rectangle({0, 0}, {8, 8}),
