@@ -303,7 +303,8 @@ v1::EditResponse ToEditResponse(const SessionEvent& event, const WantedParts& pa
   return response;
 }
 
-v1::SubscribeResponse ToSubscribeResponse(const SessionEvent& event, const WantedParts& parts) {
+v1::SubscribeResponse ToSubscribeResponse(const SessionEvent& event, const WantedParts& parts,
+                                          v1::Numbering numbering) {
   v1::SubscribeResponse response;
   response.set_revision(static_cast<std::int64_t>(event.revision));
   if (const auto* diff = std::get_if<DiffEvent>(&event.body)) {
@@ -311,7 +312,8 @@ v1::SubscribeResponse ToSubscribeResponse(const SessionEvent& event, const Wante
         ToMeshDiff(*diff->diff, {.applied_update_id = diff->applied_update_id, .parts = parts});
   } else if (const auto* snapshot = std::get_if<SnapshotEvent>(&event.body)) {
     *response.mutable_snapshot() = ToMeshSnapshot(
-        *snapshot->snapshot, {.applied_update_id = snapshot->applied_update_id, .parts = parts});
+        *snapshot->snapshot,
+        {.applied_update_id = snapshot->applied_update_id, .parts = parts, .numbering = numbering});
   } else if (const auto* closing = std::get_if<ClosingEvent>(&event.body)) {
     *response.mutable_closing()->mutable_error() = ToErrorDetail(closing->error);
   } else {

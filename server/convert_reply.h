@@ -37,8 +37,10 @@ struct ReplyContext {
 [[nodiscard]] v1::EditResponse ToEditResponse(const SessionEvent& event, const WantedParts& parts);
 
 /// The same for a subscriber. @pre a diff, a snapshot, a bookmark or a closing event
-[[nodiscard]] v1::SubscribeResponse ToSubscribeResponse(const SessionEvent& event,
-                                                        const WantedParts& parts);
+/// @param numbering  of a snapshot
+[[nodiscard]] v1::SubscribeResponse ToSubscribeResponse(
+    const SessionEvent& event, const WantedParts& parts,
+    v1::Numbering numbering = v1::NUMBERING_STABLE);
 
 [[nodiscard]] v1::Session ToSession(const SessionInfo& info);
 

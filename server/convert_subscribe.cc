@@ -1,29 +1,62 @@
 #include "server/convert_subscribe.h"
 
-#include "server/convert.h"
+#include <algorithm>
+#include <string>
+
+#include "server/limits.h"
 
 namespace pliant::server {
+namespace {
 
-Result<Revision> ConvertSubscribe(const v1::SubscribeRequest& request) {
+Error RangeError(std::string message, std::string field) {
+  return {ErrorCode::kOutOfRange, std::move(message), std::move(field)};
+}
+
+Result<Mirror> ConvertMirror(v1::MirrorMode mode) {
+  switch (mode) {
+    case v1::MIRROR_MODE_FULL:
+      return Mirror::kFull;
+    case v1::MIRROR_MODE_NONE:
+      return Mirror::kNone;
+    case v1::MIRROR_MODE_POSITIONS:
+      return Mirror::kPositions;
+    default:
+      return RangeError("mirror_mode is no known mode", "mirror_mode");
+  }
+}
+
+}  // namespace
+
+Result<SubscribeSpec> ConvertSubscribe(const v1::SubscribeRequest& request) {
   PLIANT_RETURN_IF_ERROR(CheckSessionId(request.session_id()));
   if (request.mirror_revision() < 0) {
-    return Error{ErrorCode::kOutOfRange, "mirror_revision is negative; 0 means no mirror",
-                 "mirror_revision"};
+    return RangeError("mirror_revision is negative; 0 means no mirror", "mirror_revision");
   }
-  if (request.has_mirror_mode() && request.mirror_mode() != v1::MIRROR_MODE_FULL) {
-    const bool is_known = request.mirror_mode() == v1::MIRROR_MODE_NONE ||
-                          request.mirror_mode() == v1::MIRROR_MODE_POSITIONS;
-    return Error{is_known ? ErrorCode::kUnimplemented : ErrorCode::kOutOfRange,
-                 is_known ? "subscribers get whole diffs; leave mirror_mode out"
-                          : "mirror_mode is no known mode",
-                 "mirror_mode"};
+  SubscribeSpec spec{.mirror_revision = Revision(request.mirror_revision())};
+  if (request.has_mirror_mode()) {
+    PLIANT_ASSIGN_OR_RETURN(spec.mirror, ConvertMirror(request.mirror_mode()));
   }
-  if (request.region_tags_size() > 0) {
-    return Error{ErrorCode::kUnimplemented,
-                 "a filter by region is not implemented by this server; leave region_tags out",
+  if (request.has_numbering()) {
+    spec.numbering = request.numbering();
+    if (spec.numbering != v1::NUMBERING_STABLE && spec.numbering != v1::NUMBERING_DENSE) {
+      return RangeError("numbering is no known numbering", "numbering");
+    }
+  }
+  if (request.region_tags_size() > kRegionTagsMax) {
+    return Error{ErrorCode::kTooLarge,
+                 std::to_string(request.region_tags_size()) + " region tags; at most " +
+                     std::to_string(kRegionTagsMax) + " can be named",
                  "region_tags"};
   }
-  return Revision(request.mirror_revision());
+  spec.region_tags.assign(request.region_tags().begin(), request.region_tags().end());
+  std::sort(spec.region_tags.begin(), spec.region_tags.end());
+  PLIANT_ASSIGN_OR_RETURN(spec.parts, ConvertParts(request.parts()));
+  if (spec.parts.transfer && !spec.region_tags.empty()) {
+    return RangeError(
+        "transfer rows name vertices of all regions; leave MESH_PART_TRANSFER or region_tags out",
+        "parts");
+  }
+  return spec;
 }
 
 }  // namespace pliant::server

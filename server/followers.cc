@@ -61,7 +61,7 @@ bool Followers::Serve(const Source& source, const Clock& clock, Clock::Time end)
     const bool is_behind = source.revision != Revision::kNone && entry->revision != source.revision;
     if ((!is_behind && !entry->is_new) || !entry->subscriber->ready()) continue;
     SessionEvent event{.update_id = 0, .revision = source.revision, .body = BookmarkEvent{}};
-    if (is_behind) {
+    if (is_behind && entry->subscriber->wants_mesh()) {
       std::shared_ptr<const MeshDiff> diff;
       // Who comes with nothing gets the mesh as it is, not its whole history.
       if (!entry->is_new || entry->revision != Revision::kNone) {
@@ -69,7 +69,7 @@ bool Followers::Serve(const Source& source, const Clock& clock, Clock::Time end)
         if (is_first) found->second = source.history->Since(entry->revision);
         diff = found->second;
       }
-      if (diff != nullptr) {
+      if (diff != nullptr && entry->subscriber->Follows(*diff)) {
         event.body = DiffEvent{diff, source.applied_update_id};
       } else {
         if (snapshot == nullptr) snapshot = source.snapshot();

@@ -25,6 +25,13 @@ class Subscriber {
   [[nodiscard]] virtual bool ready() const = 0;
   /// Wants transfer rows with the diffs, from beginning to end.
   [[nodiscard]] virtual bool wants_transfer() const { return false; }
+  /// Wants meshes and diffs; else it gets a BookmarkEvent for every revision.
+  [[nodiscard]] virtual bool wants_mesh() const { return true; }
+  /// Can be brought up to date with this diff, which is sent next if so; else it gets a snapshot.
+  [[nodiscard]] virtual bool Follows(const MeshDiff& diff) {
+    static_cast<void>(diff);
+    return true;
+  }
   /// Takes a message: DiffEvent, SnapshotEvent or BookmarkEvent. Only while ready.
   virtual void Send(SessionEvent event) = 0;
   /// Ends the call with this error, after a closing event.

@@ -47,6 +47,8 @@ inline constexpr std::int64_t kProgressIntervalMsMin = 10;
 
 /// Subscribers of one session: an entry and, while one reads, one message each.
 inline constexpr std::size_t kSubscribersMax = 4096;
+/// Regions that one subscriber names: more than domains have that people draw.
+inline constexpr int kRegionTagsMax = 4096;
 /// Bytes of diffs that a session keeps unless its options say less: hours of small updates, and
 /// less than the mesh that they belong to where updates are large.
 inline constexpr std::size_t kHistoryBytesMax = 16 << 20;

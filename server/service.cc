@@ -264,6 +264,9 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                  "part.transfer",
                                  "numbering.dense",
                                  "subscribe",
+                                 "subscribe.region_tags",
+                                 "subscribe.positions",
+                                 "subscribe.dense",
                                  "revisions",
                                  "files",
                                  "jobs",
@@ -277,6 +280,7 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
   limits["upload_bytes"] = static_cast<std::int64_t>(kUploadBytesMax);
   limits["blobs_pending"] = static_cast<std::int64_t>(kBlobsPendingMax);
   limits["update_results"] = static_cast<std::int64_t>(kUpdateResultsMax);
+  limits["region_tags"] = kRegionTagsMax;
   limits["expression_length"] = static_cast<std::int64_t>(kExpressionLengthMax);
   limits["sessions"] = static_cast<std::int64_t>(context_.sessions_max);
   limits["vertices"] = context_.limits.vertices_max;

@@ -37,8 +37,8 @@ struct SessionInput {
   std::map<std::string, std::string> labels = {};
 };
 
-/// Whether an editor wants the mesh.
-enum class Mirror { kFull, kNone };
+/// What an editor or subscriber wants of the mesh; an editor never kPositions.
+enum class Mirror { kFull, kNone, kPositions };
 
 /// First command of an edit stream.
 struct OpenCommand {

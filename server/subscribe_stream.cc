@@ -6,7 +6,6 @@
 #include "server/access.h"
 #include "server/blobs.h"
 #include "server/convert_reply.h"
-#include "server/convert_subscribe.h"
 #include "server/error_status.h"
 
 namespace pliant::server {
@@ -31,8 +30,14 @@ SubscribeStream::SubscribeStream(Environment environment) : environment_(std::mo
 }
 
 Status SubscribeStream::Open(const v1::SubscribeRequest& request) {
-  PLIANT_ASSIGN_OR_RETURN(const Revision mirror, ConvertSubscribe(request));
-  PLIANT_ASSIGN_OR_RETURN(parts_, ConvertParts(request.parts()));
+  PLIANT_ASSIGN_OR_RETURN(spec_, ConvertSubscribe(request));
+  Revision mirror = spec_.mirror_revision;
+  if (spec_.partial()) {
+    view_.emplace(MeshView::Spec{.region_tags = spec_.region_tags,
+                                 .only_vertices = spec_.mirror == Mirror::kPositions,
+                                 .with_values = spec_.parts.metric || spec_.parts.fields});
+    mirror = Revision::kNone;  // What was in view then is not known any more.
+  }
   PLIANT_ASSIGN_OR_RETURN(std::shared_ptr<Session> session,
                           environment_.registry->Find(*environment_.tenant, request.session_id()));
   {
@@ -93,7 +98,15 @@ bool SubscribeStream::ready() const {
   return !end_ && !converting_ && messages_.empty();
 }
 
-void SubscribeStream::Send(SessionEvent event) { Write(event); }
+bool SubscribeStream::Follows(const MeshDiff& diff) {
+  // Dense numbers change with every revision.
+  if (spec_.numbering == v1::NUMBERING_DENSE) return false;
+  if (!view_) return true;
+  seen_ = view_->Follow(diff);
+  return seen_.has_value();
+}
+
+void SubscribeStream::Send(SessionEvent event) { Write(std::move(event)); }
 
 void SubscribeStream::Close(const Error& error) {
   SessionEvent event;
@@ -103,20 +116,27 @@ void SubscribeStream::Close(const Error& error) {
     const std::lock_guard lock(mutex_);
     can_say_why = !end_ && !converting_ && messages_.empty();
   }
-  if (can_say_why) Write(event);
+  if (can_say_why) Write(std::move(event));
   const std::lock_guard lock(mutex_);
   End(ToGrpcStatus(error));
   Pump();
 }
 
-void SubscribeStream::Write(const SessionEvent& event) {
+void SubscribeStream::Write(SessionEvent event) {
   {
     const std::lock_guard lock(mutex_);
     if (end_) return;
     converting_ = true;
   }
   // Conversion copies the mesh: not under the lock.
-  v1::SubscribeResponse response = ToSubscribeResponse(event, parts_);
+  if (view_) {
+    if (auto* diff = std::get_if<DiffEvent>(&event.body)) {
+      diff->diff = std::make_shared<const MeshDiff>(*std::exchange(seen_, std::nullopt));
+    } else if (auto* snapshot = std::get_if<SnapshotEvent>(&event.body)) {
+      snapshot->snapshot = std::make_shared<const MeshDiff>(view_->Reset(*snapshot->snapshot));
+    }
+  }
+  v1::SubscribeResponse response = ToSubscribeResponse(event, spec_.parts, spec_.numbering);
   std::vector<v1::SubscribeResponse> messages;
   for (v1::BlobChunk& chunk : TakeLargeArrays(response, last_blob_id_)) {
     v1::SubscribeResponse& message = messages.emplace_back();

@@ -14,9 +14,10 @@
 
 #include "pliant/v1/session.pb.h"
 #include "server/call_counter.h"
-#include "server/convert.h"
+#include "server/convert_subscribe.h"
 #include "server/followers.h"
 #include "server/log.h"
+#include "server/mesh_view.h"
 #include "server/session.h"
 #include "server/session_registry.h"
 
@@ -50,21 +51,29 @@ class SubscribeStream final : public grpc::ServerWriteReactor<v1::SubscribeRespo
   void OnDone() override;
 
   [[nodiscard]] bool ready() const override;
-  [[nodiscard]] bool wants_transfer() const override { return parts_.transfer; }
+  [[nodiscard]] bool wants_transfer() const override {
+    return spec_.parts.transfer && wants_mesh();
+  }
+  [[nodiscard]] bool wants_mesh() const override { return spec_.mirror != Mirror::kNone; }
+  [[nodiscard]] bool Follows(const MeshDiff& diff) override;
   void Send(SessionEvent event) override;
   void Close(const Error& error) override;
 
  private:
   explicit SubscribeStream(Environment environment);
   Status Open(const v1::SubscribeRequest& request);
-  void Write(const SessionEvent& event);
+  void Write(SessionEvent event);
   void End(grpc::Status status);
   void Pump();
   void SetAlarm();
   void OnAlarm();
 
   const Environment environment_;
-  WantedParts parts_;              // Set before the session knows of this.
+  SubscribeSpec spec_;  // Set before the session knows of this.
+  // Used by one worker at a time: the part of the mesh that is wanted, if it is not the whole, and
+  // the diff of it that is to be sent.
+  std::optional<MeshView> view_;
+  std::optional<MeshDiff> seen_;
   std::int64_t last_blob_id_ = 0;  // Used by Write alone.
 
   mutable std::mutex mutex_;

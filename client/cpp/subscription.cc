@@ -20,6 +20,8 @@ void Subscription::Impl::Connect() {
   request.set_session_id(session_id_);
   request.set_mirror_revision(static_cast<std::int64_t>(replica_.revision()));
   if (options_.parts != Parts::kMesh) request.add_parts(v1::MESH_PART_METRIC);
+  if (options_.follow == Follow::kVertices) request.set_mirror_mode(v1::MIRROR_MODE_POSITIONS);
+  for (const std::int32_t tag : options_.region_tags) request.add_region_tags(tag);
   reader_ = std::make_unique<wire::ColumnReader>(kBlobBytesMax);
   const std::lock_guard lock(mutex_);
   context_ = connection_->NewContext();

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <chrono>
+#include <cstdint>
 #include <memory>
+#include <vector>
 
 #include "client/cpp/mesh_replica.h"
 #include "client/cpp/types.h"
@@ -10,15 +12,25 @@
 
 namespace pliant::client {
 
+/// How much of a mesh is followed.
+enum class Follow {
+  kMesh,
+  kVertices,  ///< Neither triangles nor edges: points that move, come and go.
+};
+
 /// How a session is followed.
 struct SubscribeOptions {
   Parts parts = Parts::kMesh;
+  Follow follow = Follow::kMesh;
+  /// Only triangles of these regions, their corners, and constrained edges between such corners.
+  /// Empty: all.
+  std::vector<std::int32_t> region_tags = {};
   /// How long to try to take up a lost connection. 0: not at all.
   std::chrono::milliseconds reconnect_max{60'000};
 };
 
-/// A verified copy of the mesh of a session that anybody edits. Who reads more slowly than the
-/// session commits gets what was missed as one diff, or the whole mesh.
+/// A verified copy of the mesh of a session that anybody edits, or of the part that is wanted. Who
+/// reads more slowly than the session commits gets what was missed as one diff, or the whole mesh.
 ///
 /// *Invariants*: replica() holds the mesh of replica().revision(), bit for bit.
 /// *Threads*: one at a time, but for Cancel.

@@ -56,6 +56,25 @@ TEST_F(FollowersTest, ANewOneGetsASnapshotTheDiffsSinceOrABookmark) {
   EXPECT_EQ(old->log.size(), 1U) << "nothing is told twice";
 }
 
+// Goal: one who wants no mesh costs none; one whom a diff does not serve gets a snapshot.
+TEST_F(FollowersTest, GivesEachWhatItCanUse) {
+  const auto listener = std::make_shared<FakeSubscriber>();
+  listener->is_listener = true;
+  const auto picky = std::make_shared<FakeSubscriber>();
+  picky->takes_diffs = false;
+  ASSERT_TRUE(followers.Add(listener, Revision(0)).ok());
+  Commit(5);
+  EXPECT_TRUE(Serve());
+  EXPECT_EQ(snapshot_count, 0);
+  ASSERT_TRUE(followers.Add(picky, Revision(5)).ok());
+  Serve();
+  Commit(6);
+  EXPECT_TRUE(Serve());
+  EXPECT_EQ(listener->log, (std::vector<std::string>{"bookmark 5", "bookmark 6"}));
+  EXPECT_EQ(picky->log, (std::vector<std::string>{"bookmark 5", "snapshot 6"}));
+  EXPECT_EQ(snapshot_count, 1);
+}
+
 TEST_F(FollowersTest, KnowsWhetherAnybodyWantsTransferRows) {
   const auto plain = std::make_shared<FakeSubscriber>();
   const auto keen = std::make_shared<FakeSubscriber>();

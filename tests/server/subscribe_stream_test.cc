@@ -84,6 +84,81 @@ TEST_F(SubscribeTest, EndsWithTheSessionAndWithTheServer) {
   EXPECT_EQ(ReasonOf(closed.End()), "UNAVAILABLE");
 }
 
+// Goal: who asks for less than the whole mesh gets that, and proves it. The square has one region,
+// 0, so that a filter by it lets all through and one by another nothing; mesh_view_test has more.
+TEST_F(SubscribeTest, GivesPartsOfTheMesh) {
+  v1::SubscribeRequest positions;
+  positions.set_mirror_mode(v1::MIRROR_MODE_POSITIONS);
+  v1::SubscribeRequest all;
+  all.add_region_tags(0);
+  v1::SubscribeRequest nothing;
+  nothing.add_region_tags(5);
+  v1::SubscribeRequest none;
+  none.set_mirror_mode(v1::MIRROR_MODE_NONE);
+  edit->Advance(1);
+  ASSERT_TRUE(edit->Until(1).back().has_advanced());
+  SubscribeClient whole_client(*server, id);
+  SubscribeClient positions_client(*server, id, 1, positions);
+  SubscribeClient all_client(*server, id, 0, all);
+  SubscribeClient nothing_client(*server, id, 0, nothing);
+  SubscribeClient none_client(*server, id, 0, none);
+  Mirror whole;
+  Mirror points;
+  Mirror filtered;
+  Mirror empty;
+  EXPECT_TRUE(positions_client.Next(&points).has_snapshot()) << "though it said that it has one";
+  EXPECT_TRUE(none_client.Next().has_bookmark());
+  for (std::int64_t update = 2; update < 8; update += 2) {
+    const std::int64_t revision = 1 + update / 2;
+    AdvanceTo(*edit, update, update % 4 == 0 ? "0.1" : "0.08");
+    ASSERT_EQ(whole_client.Follow(whole, revision), "");
+    ASSERT_EQ(positions_client.Follow(points, revision), "");
+    ASSERT_EQ(all_client.Follow(filtered, revision), "");
+    ASSERT_EQ(nothing_client.Follow(empty, revision), "");
+    EXPECT_EQ(points.vertices, whole.vertices);
+    EXPECT_TRUE(points.triangles.empty() && points.edges.empty());
+    EXPECT_TRUE(filtered == whole);
+    EXPECT_TRUE(empty.vertices.empty() && empty.triangles.empty() && empty.edges.empty());
+    v1::SubscribeResponse told;
+    do {
+      told = none_client.Next();
+      ASSERT_TRUE(told.has_bookmark());
+    } while (told.revision() < revision);
+  }
+}
+
+// Goal: with dense numbers every revision is a whole mesh whose corners are rows.
+TEST_F(SubscribeTest, GivesDenseNumbers) {
+  v1::SubscribeRequest request;
+  request.set_numbering(v1::NUMBERING_DENSE);
+  edit->Advance(1);
+  ASSERT_TRUE(edit->Until(1).back().has_advanced());
+  SubscribeClient stable(*server, id);
+  SubscribeClient dense(*server, id, 0, request);
+  Mirror mirror;
+  for (std::int64_t update = 2; update < 8; update += 2) {
+    const std::int64_t revision = 1 + update / 2;
+    AdvanceTo(*edit, update, update % 4 == 0 ? "0.07" : "0.15");
+    ASSERT_EQ(stable.Follow(mirror, revision), "");
+    v1::SubscribeResponse response;
+    while (response.revision() < revision) response = dense.Next();
+    ASSERT_TRUE(response.has_snapshot());
+    v1::MeshSnapshot& snapshot = *response.mutable_snapshot();
+    EXPECT_EQ(snapshot.numbering(), v1::NUMBERING_DENSE);
+    const auto slots = NumbersOf<std::int32_t>(snapshot.vertex_ids());
+    const auto to_slots = [&](v1::Array& rows, std::int64_t columns) {
+      auto numbers = NumbersOf<std::int32_t>(rows);
+      for (std::int32_t& number : numbers) number = slots.at(static_cast<std::size_t>(number));
+      rows = Ints(numbers, columns);
+    };
+    to_slots(*snapshot.mutable_triangle_vertices(), 3);
+    to_slots(*snapshot.mutable_edge_vertices(), 2);
+    Mirror other;
+    EXPECT_EQ(other.Take(snapshot), "");
+    EXPECT_TRUE(other == mirror);
+  }
+}
+
 // Goal: a reader that stops costs bounded memory and slows nobody.
 // Method: it reads nothing while many large diffs pass; what it gets then is few messages, not one
 // for each revision, and its mirror is right.

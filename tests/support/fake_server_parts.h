@@ -218,6 +218,8 @@ class FakeSubscriber final : public Subscriber {
  public:
   [[nodiscard]] bool ready() const override { return is_ready; }
   [[nodiscard]] bool wants_transfer() const override { return wants_rows; }
+  [[nodiscard]] bool wants_mesh() const override { return !is_listener; }
+  [[nodiscard]] bool Follows(const MeshDiff&) override { return takes_diffs; }
   void Send(SessionEvent event) override {
     const auto number = [](Revision revision) {
       return std::to_string(static_cast<std::int64_t>(revision));
@@ -237,6 +239,8 @@ class FakeSubscriber final : public Subscriber {
   std::optional<Error> closed;
   bool is_ready = true;
   bool wants_rows = false;
+  bool is_listener = false;
+  bool takes_diffs = true;
 };
 
 }  // namespace pliant::server

@@ -12,8 +12,7 @@ namespace pliant::test {
 class SubscribeClient {
  public:
   SubscribeClient(InProcessServer& server, const std::string& session_id,
-                  std::int64_t mirror_revision = 0) {
-    v1::SubscribeRequest request;
+                  std::int64_t mirror_revision = 0, v1::SubscribeRequest request = {}) {
     request.set_session_id(session_id);
     request.set_mirror_revision(mirror_revision);
     stream_ = server.sessions->Subscribe(&context_, request);

@@ -3,13 +3,13 @@
 import atexit
 import weakref
 from dataclasses import dataclass
-from typing import Any, List, Mapping, Optional
+from typing import Any, List, Mapping, Optional, Sequence
 
 from pliant import arrays, calls, channel, errors, files, geometry, inputs, jobs
 from pliant import options as opts
 from pliant.session import Session
 from pliant.subscription import Subscription
-from pliant.v1 import mesh_pb2, session_pb2, session_pb2_grpc
+from pliant.v1 import edit_pb2, mesh_pb2, session_pb2, session_pb2_grpc
 
 _CONNECT_S_MAX = 10.0
 
@@ -129,16 +129,27 @@ class Client(jobs.JobCalls, files.FileCalls):
         session.start()
         return session
 
-    def subscribe(self, session_id: str, with_metric: bool = False,
-                  reconnect_s: float = 60.0) -> Subscription:
+    def subscribe(self, session_id: str, with_metric: bool = False, reconnect_s: float = 60.0, *,
+                  region_tags: Sequence[int] = (), only_vertices: bool = False) -> Subscription:
         """Follows a session that anybody edits: its mesh, and every change of it.
 
         Args:
             session_id: its name.
             with_metric: bring the metric that the mesh follows too.
             reconnect_s: how long to try to take up a lost connection.
+            region_tags: only triangles of these regions, their corners, and constrained edges
+                between such corners. Default: all.
+            only_vertices: neither triangles nor edges: points that move, come and go.
+
+        Raises (at the first change):
+            InvalidArgument: more than 4,096 tags.
         """
-        made = Subscription(self._sessions, session_id, with_metric, reconnect_s)
+        request = session_pb2.SubscribeRequest(
+            session_id=session_id, region_tags=region_tags,
+            parts=[mesh_pb2.MESH_PART_METRIC] if with_metric else [])
+        if only_vertices:
+            request.mirror_mode = edit_pb2.MIRROR_MODE_POSITIONS
+        made = Subscription(self._sessions, request, reconnect_s)
         self._open.add(made)
         return made
 

@@ -5,7 +5,7 @@ import time
 from typing import Iterator, Optional
 
 from pliant import arrays, calls, errors, replica
-from pliant.v1 import mesh_pb2, session_pb2
+from pliant.v1 import session_pb2
 
 # Pauses before connecting again grow from the first to the last.
 _PAUSE_S_FIRST, _PAUSE_S_LAST = 0.02, 2.0
@@ -35,10 +35,9 @@ class Subscription:
     Threads: one at a time; `close` from any.
     """
 
-    def __init__(self, stub, session_id: str, with_metric: bool, reconnect_s: float):
+    def __init__(self, stub, request: session_pb2.SubscribeRequest, reconnect_s: float):
         self._stub = stub
-        self._session_id = session_id
-        self._parts = [mesh_pb2.MESH_PART_METRIC] if with_metric else []
+        self._wanted = request
         self._reconnect_s = reconnect_s
         self._mirror = replica.Replica()
         self._is_closed = False
@@ -98,8 +97,9 @@ class Subscription:
         self.close()
 
     def _connect(self):
-        request = session_pb2.SubscribeRequest(
-            session_id=self._session_id, mirror_revision=self._mirror.revision, parts=self._parts)
+        request = session_pb2.SubscribeRequest()
+        request.CopyFrom(self._wanted)
+        request.mirror_revision = self._mirror.revision
         subscribe = self._stub.Subscribe
         self._blobs = arrays.BlobReceiver()
         self._answers = calls.Receiver(lambda: subscribe(request))

@@ -237,6 +237,42 @@ TEST_F(LiveServer, ASessionHasOneEditorAndAnyNumberOfReaders) {
   EXPECT_TRUE(SameMesh((*third)->replica(), last)) << "it starts with a snapshot";
 }
 
+// Goal: who follows a part has what a filter of the whole replica gives, at every revision.
+TEST_F(LiveServer, ASubscriptionCanFollowAPart) {
+  Domain domain = Plate();  // Cut in two by a line at x = 1; the left part has no seed: region 0.
+  domain.points[8] = {1, 0};
+  domain.points[9] = {1, 1};
+  domain.segments = {{0, 8, 1}, {8, 1, 1}, {1, 2, 2}, {2, 9, 3}, {9, 3, 3}, {3, 0, 4},
+                     {4, 5, 5}, {5, 6, 5}, {6, 7, 5}, {7, 4, 5}, {8, 9, 6}};
+  const auto session = Create(domain, Size("0.1"));
+  const auto right = client_->Subscribe(session->id(), {.region_tags = {9}});
+  const auto points = client_->Subscribe(session->id(), {.follow = Follow::kVertices});
+  for (const char* size : {"0.1", "0.03 + 0.1*abs(x - 1)", "0.2"}) {
+    ASSERT_TRUE(session->UpdateMetric(Size(size)).ok());
+    ASSERT_TRUE(session->Advance().ok());
+    const MeshReplica& whole = session->replica();
+    for (const auto& subscription : {right.get(), points.get()}) {
+      while (subscription->replica().revision() < whole.revision()) {
+        const Result<MeshDiff> diff = subscription->Next();
+        ASSERT_TRUE(diff.ok()) << diff.error().message;
+      }
+    }
+    std::int32_t triangle_count = 0;
+    for (std::size_t t = 0; t < whole.triangles().size(); ++t) {
+      const TriangleId id = TriangleId::FromIndex(t);
+      const bool wanted = whole.IsLive(id) && whole.triangle_regions()[t] == 9;
+      ASSERT_EQ(right->replica().IsLive(id), wanted);
+      if (!wanted) continue;
+      ASSERT_EQ(right->replica().triangles()[t], whole.triangles()[t]);
+      ++triangle_count;
+    }
+    EXPECT_EQ(right->replica().summary().triangle_count, triangle_count);
+    EXPECT_LT(triangle_count, whole.summary().triangle_count);
+    EXPECT_EQ(points->replica().summary().vertex_count, whole.summary().vertex_count);
+    EXPECT_EQ(points->replica().summary().triangle_count, 0);
+  }
+}
+
 TEST_F(LiveServer, ReopenGoesOnWhereTheReplicaIs) {
   const auto session = Create(Plate(), Size("0.1"));
   ASSERT_TRUE(session->Advance().ok());

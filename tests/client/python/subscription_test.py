@@ -43,6 +43,32 @@ def test_it_follows_every_revision(client, session):
     assert list(follower) == []
 
 
+def test_it_follows_parts_of_the_mesh(client):
+    # Two squares, regions 1 and 2; what each follower has is compared with a filter of the whole.
+    domain = pliant.Domain([[0, 0], [1, 0], [2, 0], [2, 1], [1, 1], [0, 1]],
+                           [[0, 1], [1, 2], [2, 3], [3, 4], [4, 5], [5, 0], [1, 4]],
+                           regions=[[0.5, 0.5, 1], [1.5, 0.5, 2]])
+    with client.create_session(domain=domain, metric=pliant.metric.size(0.2)) as session, \
+            client.subscribe(session.session_id, region_tags=[2]) as right, \
+            client.subscribe(session.session_id, only_vertices=True) as points:
+        for size in ("0.1", "0.05 + 0.1*abs(x - 1.1)", "0.3"):
+            session.update_metric(pliant.metric.size(size))
+            for follower in (right, points):
+                while follower.revision < session.revision:
+                    next(follower)
+            mesh = session.mesh
+            wanted = mesh.triangle_tags == 2
+            corners = mesh.vertex_ids[mesh.triangles[wanted]]
+            assert np.array_equal(right.mesh.triangle_ids, mesh.triangle_ids[wanted])
+            assert np.array_equal(right.mesh.vertex_ids[right.mesh.triangles], corners)
+            assert np.array_equal(right.mesh.vertex_ids, np.unique(corners))
+            both = np.isin(mesh.vertex_ids[mesh.edges], corners).all(axis=1)
+            assert both.any() and not both.all()
+            assert np.array_equal(right.mesh.edge_ids, mesh.edge_ids[both])
+            assert points.mesh.points.tobytes() == mesh.points.tobytes()
+            assert len(points.mesh.triangles) == len(points.mesh.edges) == 0
+
+
 def test_one_who_comes_late_gets_everything_at_once(client, session):
     with client.subscribe(session.session_id) as follower:
         next(follower)
