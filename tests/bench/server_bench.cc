@@ -19,6 +19,8 @@
 
 #include "client/cpp/client.h"
 #include "core/pliant/remesher.h"
+#include "server/engine.h"
+#include "server/limits.h"
 #include "server/server.h"
 
 namespace pliant::bench {
@@ -301,6 +303,48 @@ json Overhead(int workers, double nodes, int updates) {
           {"cpu_ratio_median", cpu_ratios[cpu_ratios.size() / 2]}};
 }
 
+/// How long a worker is busy without a look at the clock or at a cancel: a first build and two
+/// updates as a session runs them, step by step.
+json Stretches(double nodes) {
+  json phases;
+  const auto time = [&](const std::string& phase, const auto& work) {
+    const auto begin = steady_clock::now();
+    work();
+    phases[phase] = 1e3 * Seconds(steady_clock::now() - begin);
+  };
+  std::unique_ptr<server::Engine> engine;
+  time("read_input_ms", [&] {
+    engine = Must(server::RemesherFactory()(
+        {.start = Square(), .metric = Uniform(SizeFor(nodes)), .options = {}}));
+  });
+  const auto run = [&](const std::string& phase) {
+    std::vector<double> steps;
+    for (bool more = true; more;) {
+      const auto begin = steady_clock::now();
+      const Progress progress = Must(engine->Step({.visits_max = server::kVisitsPerStep}));
+      steps.push_back(Seconds(steady_clock::now() - begin));
+      more = progress.stop_reason == StopReason::kVisitBudget;
+    }
+    phases[phase] = Percentiles(steps);
+    phases[phase]["longer_than_10_ms"] =
+        std::count_if(steps.begin(), steps.end(), [](double step) { return step > 0.01; });
+    time(phase + "_troubles_ms", [&] { (void)engine->FindTroubles(); });
+    time(phase + "_commit_ms", [&] { (void)engine->Commit(); });
+    time(phase + "_undo_ms", [&] { (void)engine->TakeUndo(); });
+  };
+  run("build");
+  const std::string size = std::to_string(SizeFor(nodes));
+  const std::string field = size + "*(1 - 0.2*exp(-400*((x-0.5)^2 + (y-0.5)^2)))";
+  time("stage_formula_ms", [&] { Must(engine->SetMetric({.source = SizeMetric{field}})); });
+  run("formula");
+  const std::vector<VertexId> vertices = engine->Vertices();
+  const std::vector<Metric> tensors(vertices.size(), Metric::Isotropic(0.98 * SizeFor(nodes)));
+  time("stage_all_tensors_ms", [&] { Must(engine->SetTensors(vertices, tensors)); });
+  run("tensors");
+  time("snapshot_ms", [&] { (void)engine->Snapshot(); });
+  return {{"phases", phases}};
+}
+
 }  // namespace
 
 int Main(int argc, char** argv) {
@@ -312,9 +356,9 @@ int Main(int argc, char** argv) {
   int count = 1'000;
   int seconds = 20;
   int threads = 8;
-  app.add_option("what", what, "fairness, sessions or overhead")
+  app.add_option("what", what, "fairness, sessions, overhead or stretches")
       ->required()
-      ->check(CLI::IsMember({"fairness", "sessions", "overhead"}));
+      ->check(CLI::IsMember({"fairness", "sessions", "overhead", "stretches"}));
   app.add_option("--workers", workers, "Of the server")->capture_default_str();
   app.add_option("--nodes", nodes, "Of the large mesh; 0: 1,000,000, for overhead 100,000");
   app.add_option("--updates", updates, "To measure")->capture_default_str();
@@ -325,6 +369,8 @@ int Main(int argc, char** argv) {
   json result;
   if (what == "fairness") {
     result = Fairness(workers, nodes > 0 ? nodes : 1e6, updates);
+  } else if (what == "stretches") {
+    result = Stretches(nodes > 0 ? nodes : 1e6);
   } else if (what == "sessions") {
     result = Sessions(workers, count, seconds, threads);
   } else {

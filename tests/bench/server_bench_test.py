@@ -28,7 +28,12 @@ def main():
     overhead = run("overhead", "--nodes", "5000", "--updates", "5")
     check_percentiles(overhead["end_to_end"])
     assert overhead["ratio_median"] > 0
+    assert overhead["cpu_ratio_median"] > 0
     assert 20 < overhead["changed"] < 200, overhead["changed"]
+    phases = run("stretches", "--nodes", "5000")["phases"]
+    for phase in ("build", "formula", "tensors"):
+        check_percentiles(phases[phase])
+        assert phases[phase + "_commit_ms"] > 0
 
 
 if __name__ == "__main__":
