@@ -35,6 +35,9 @@ std::vector<test::Piece> Corpus(std::uint64_t seed) {
 }
 
 TEST(DiffBytes, TheCorpusIsTaken) {
+  for (std::uint64_t seed = 1; seed <= 5; ++seed) {
+    test::WriteSeed("diffs" + std::to_string(seed), Corpus(seed));
+  }
   MeshReplica replica;
   wire::ColumnReader columns(1 << 20);
   for (const test::Piece& piece : Corpus(1)) {

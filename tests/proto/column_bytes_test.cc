@@ -43,6 +43,7 @@ std::vector<Piece> Corpus() {
 }
 
 TEST(ColumnBytes, TheCorpusIsTaken) {
+  WriteSeed("columns", Corpus());
   EXPECT_EQ(TryColumns(Join(Corpus())), "");
   wire::ColumnReader reader(1 << 20);
   int count = 0;

@@ -2,6 +2,8 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <cstdlib>
+#include <fstream>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -40,6 +42,13 @@ inline std::string Join(const std::vector<Piece>& pieces) {
     bytes += piece.bytes.substr(0, length);
   }
   return bytes;
+}
+
+/// A seed for a fuzzer: a file of that name in the folder PLIANT_WRITE_CORPUS, if that is set.
+inline void WriteSeed(const std::string& name, const std::vector<Piece>& pieces) {
+  const char* folder = std::getenv("PLIANT_WRITE_CORPUS");
+  if (folder == nullptr) return;
+  std::ofstream(std::string(folder) + "/" + name, std::ios::binary) << Join(pieces);
 }
 
 /// Bits flipped, bytes replaced, cut, doubled, and a part of another string spliced in.
