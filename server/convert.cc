@@ -115,7 +115,6 @@ Result<MetricUpdate> ConvertLimits(const v1::MetricUpdate& wire) {
     }
     update.time = wire.time();
   }
-  if (wire.has_displacement()) return NotYet("A displacement", "metric.displacement");
   const v1::MetricLimits& limits = wire.limits();
   if (limits.has_size_min()) update.size_min = limits.size_min();
   if (limits.has_size_max()) update.size_max = limits.size_max();
@@ -166,6 +165,7 @@ Result<MetricSpec> ConvertFirstMetric(const v1::CreateSession& create,
     return Error{ErrorCode::kEmpty, "a session needs a metric: set metric.sources",
                  "metric.sources"};
   }
+  if (create.metric().has_displacement()) return NotYet("A displacement", "metric.displacement");
   const MeshData* mesh = std::get_if<MeshData>(&start);
   if (metric.sources_size() > 1) {
     PLIANT_ASSIGN_OR_RETURN(spec.source, ConvertSources(metric));
@@ -291,6 +291,15 @@ Status CheckSessionId(const std::string& session_id) {
 
 Result<MetricUpdate> ConvertMetricUpdate(const v1::MetricUpdate& wire) {
   PLIANT_ASSIGN_OR_RETURN(MetricUpdate update, ConvertLimits(wire));
+  if (wire.has_displacement()) {
+    const auto is_at_vertices = [](const v1::MetricSource& source) {
+      return source.has_vertices() || source.has_solution();
+    };
+    if (std::ranges::any_of(wire.sources(), is_at_vertices)) {
+      return NotYet("A displacement together with values at vertices", "metric.displacement");
+    }
+    PLIANT_ASSIGN_OR_RETURN(update.displacement, ConvertDisplacement(wire.displacement()));
+  }
   if (wire.sources_size() == 0) return update;
   const v1::MetricSource& source = wire.sources(0);
   if (wire.sources_size() > 1) {
@@ -383,7 +392,7 @@ UpdateCommand ConvertUpdate(const v1::EditRequest& request, const RequestLimits&
       command.body = ValueOrBad(ConvertNodeUpdate(request.nodes()));
       break;
     case v1::EditRequest::kDomain:
-      command.body = BadUpdate{NotYet("Replacing the domain", "domain")};
+      command.body = ValueOrBad(ConvertDomainUpdate(request.domain()));
       break;
     case v1::EditRequest::kFields:
       command.body = ValueOrBad(ConvertFields(request.fields()));

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "server/convert_array.h"
+#include "server/convert_mesh.h"
 #include "server/limits.h"
 
 namespace pliant::server {
@@ -106,6 +107,28 @@ Result<MotionUpdate> ConvertNodeUpdate(const v1::NodeUpdate& wire) {
   if (wire.has_on_impossible()) {
     PLIANT_ASSIGN_OR_RETURN(update.request.on_impossible,
                             ConvertImpossible(wire.on_impossible(), "nodes.on_impossible"));
+  }
+  return update;
+}
+
+Result<DomainUpdate> ConvertDomainUpdate(const v1::DomainUpdate& wire) {
+  PLIANT_ASSIGN_OR_RETURN(Domain domain, ConvertDomain(wire.domain()));
+  return DomainUpdate{std::move(domain)};
+}
+
+Result<DisplacementUpdate> ConvertDisplacement(const v1::MetricDisplacement& wire) {
+  const std::string field = "metric.displacement";
+  DisplacementUpdate update{.revision = Revision(wire.revision())};
+  PLIANT_ASSIGN_OR_RETURN(update.vertices,
+                          ReadRows<VertexId>(wire.vertex_ids(), field + ".vertex_ids"));
+  PLIANT_ASSIGN_OR_RETURN(update.by,
+                          ReadRows<Vec2>(wire.displacements(), field + ".displacements"));
+  if (update.vertices.size() != update.by.size()) {
+    return Error{ErrorCode::kArrayLength,
+                 field + ".displacements has " + std::to_string(update.by.size()) +
+                     " rows; expected " + std::to_string(update.vertices.size()) +
+                     ", one for each vertex",
+                 field + ".displacements"};
   }
   return update;
 }

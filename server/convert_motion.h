@@ -1,6 +1,7 @@
 #pragma once
 
 #include "core/base/result.h"
+#include "pliant/v1/metric.pb.h"
 #include "pliant/v1/motion.pb.h"
 #include "server/session_messages.h"
 
@@ -13,5 +14,12 @@ namespace pliant::server {
 
 /// Errors: those of arrays, kArrayLength, kEmpty, kOutOfRange.
 [[nodiscard]] Result<MotionUpdate> ConvertNodeUpdate(const v1::NodeUpdate& update);
+
+/// Errors: those of ConvertDomain.
+[[nodiscard]] Result<DomainUpdate> ConvertDomainUpdate(const v1::DomainUpdate& update);
+
+/// Errors: those of arrays, kArrayLength.
+[[nodiscard]] Result<DisplacementUpdate> ConvertDisplacement(
+    const v1::MetricDisplacement& displacement);
 
 }  // namespace pliant::server

@@ -5,6 +5,8 @@
 #include "core/mesh/export_mesh.h"
 #include "core/mesh/validate.h"
 #include "core/motion/move.h"
+#include "core/motion/replace_domain.h"
+#include "core/pliant/displace.h"
 #include "core/pliant/followed_metric.h"
 
 namespace pliant::server {
@@ -32,6 +34,14 @@ class RemesherEngine final : public Engine {
   }
   Result<MotionReport> Move(const MotionRequest& request) override {
     return MoveVertices(*remesher_, request);
+  }
+  Status ReplaceDomain(const Domain& domain) override {
+    const Result<DomainReport> report = pliant::ReplaceDomain(*remesher_, domain);
+    return report.ok() ? Status() : Status(report.error());
+  }
+  Status Displace(std::span<const VertexId> vertices, std::span<const Vec2> by) override {
+    DisplaceVertices displacement(vertices, by);
+    return remesher_->Apply(displacement);
   }
   std::vector<VertexId> Vertices() const override { return LiveVertices(remesher_->mesh()); }
   std::vector<Trouble> FindTroubles() const override { return remesher_->FindTroubles(); }
@@ -116,6 +126,14 @@ class RemesherEngine final : public Engine {
 };
 
 }  // namespace
+
+Status Engine::ReplaceDomain(const Domain&) {
+  return Error{ErrorCode::kUnimplemented, "this engine keeps its domain", {}};
+}
+
+Status Engine::Displace(std::span<const VertexId>, std::span<const Vec2>) {
+  return Error{ErrorCode::kUnimplemented, "this engine displaces nothing", {}};
+}
 
 Status Engine::SetConstraints(const Constraints&) {
   return Error{ErrorCode::kUnimplemented, "this engine freezes nothing", {}};

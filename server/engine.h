@@ -55,6 +55,11 @@ class Engine {
                             std::span<const Metric> tensors) = 0;
   /// As pliant::MoveVertices.
   virtual Result<MotionReport> Move(const MotionRequest& request) = 0;
+  /// As pliant::ReplaceDomain. An engine that cannot says so.
+  virtual Status ReplaceDomain(const Domain& domain);
+  /// Lets vertices go along with the metric's features, and their tensors with them: see
+  /// pliant::DisplaceVertices. An engine that cannot says so.
+  virtual Status Displace(std::span<const VertexId> vertices, std::span<const Vec2> by);
   /// Live vertices now, ascending.
   [[nodiscard]] virtual std::vector<VertexId> Vertices() const = 0;
   [[nodiscard]] virtual std::vector<Trouble> FindTroubles() const = 0;

@@ -12,6 +12,7 @@
 #include "core/base/bytes.h"
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/geometry/domain.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
 #include "core/motion/motion.h"
@@ -60,6 +61,13 @@ struct FieldsUpdate {
   FieldUpdate update = {};
 };
 
+/// How the metric's features have moved.
+struct DisplacementUpdate {
+  Revision revision = Revision::kNone;  ///< Whose vertices are named.
+  std::vector<VertexId> vertices = {};
+  std::vector<Vec2> by = {};
+};
+
 /// What changes in the metric; what is absent stays.
 struct MetricUpdate {
   std::variant<std::monostate, ExpressionMetric, SizeMetric, BackgroundMetric, IntersectedMetric,
@@ -72,6 +80,7 @@ struct MetricUpdate {
   std::optional<double> gradation = {};
   std::optional<double> rotation = {};
   std::optional<double> geometry = {};
+  std::optional<DisplacementUpdate> displacement = {};  ///< Comes before the source.
 };
 
 /// What moves.
@@ -80,6 +89,11 @@ struct MotionUpdate {
   std::optional<Revision> revision = {};  ///< Whose vertices are named; absent if none are.
   bool names_all = false;                 ///< `positions` are those of all live vertices.
   MotionRequest request = {};
+};
+
+/// Another domain.
+struct DomainUpdate {
+  Domain domain = {};
 };
 
 /// Options that change; what is absent stays.
@@ -146,8 +160,8 @@ struct BadAdvance {
 /// A numbered command.
 struct UpdateCommand {
   std::int64_t update_id = 0;
-  std::variant<BadUpdate, BadAdvance, MetricUpdate, MotionUpdate, FieldsUpdate, OptionsUpdate,
-               ConstraintsUpdate, DiscardUpdate, RollbackUpdate, AdvanceSpec>
+  std::variant<BadUpdate, BadAdvance, MetricUpdate, MotionUpdate, DomainUpdate, FieldsUpdate,
+               OptionsUpdate, ConstraintsUpdate, DiscardUpdate, RollbackUpdate, AdvanceSpec>
       body = {};
   /// As it came, for a session that keeps a journal: what SessionCodec reads.
   Bytes form = {};

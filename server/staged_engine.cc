@@ -137,7 +137,15 @@ Status StagedEngine::Stage(const MetricUpdate& update) {
   const VertexTensors* tensors = std::get_if<VertexTensors>(&update.source);
   const SolutionRequest* solution = std::get_if<SolutionRequest>(&update.source);
   Status status;
-  if (tensors == nullptr && solution == nullptr) {
+  if (update.displacement) status = Displace(*update.displacement);
+  if (!status.ok()) {
+    tainted_ = true;
+    return Named(status, "metric.displacement");
+  }
+  if (update.displacement && std::holds_alternative<std::monostate>(update.source) &&
+      !ChangesLimits(update)) {
+    spec_ = nullptr;  // The metric goes along, and is no longer what the specification says.
+  } else if (tensors == nullptr && solution == nullptr) {
     status = SetSpec(update);
   } else if (ChangesLimits(update)) {
     status = LimitsOfTensors();
@@ -147,6 +155,35 @@ Status StagedEngine::Stage(const MetricUpdate& update) {
   if (!status.ok()) {
     tainted_ = true;
     return Named(status, tensors != nullptr ? "metric.tensors" : "metric");
+  }
+  ++staged_count_;
+  return {};
+}
+
+/// Carried out at once, so that what is sent with it is laid on the mesh as it is then.
+Status StagedEngine::Displace(const DisplacementUpdate& displacement) {
+  PLIANT_RETURN_IF_ERROR(CheckRevision(displacement.revision, "metric.displacement.revision"));
+  if (displacement.vertices.empty()) return {};
+  PLIANT_RETURN_IF_ERROR(engine_->Displace(displacement.vertices, displacement.by));
+  stepped_ = true;
+  return {};
+}
+
+Status StagedEngine::Stage(const DomainUpdate& update) {
+  const std::size_t count = update.domain.points.size();
+  const std::int32_t vertices_max = engine_->options().vertices_max;
+  Status status;
+  if (count > static_cast<std::size_t>(vertices_max)) {
+    status = Error{
+        ErrorCode::kTooLarge,
+        std::to_string(count) + " points; options.vertices_max is " + std::to_string(vertices_max),
+        "domain.points"};
+  } else {
+    status = engine_->ReplaceDomain(update.domain);
+  }
+  if (!status.ok()) {
+    tainted_ = true;
+    return Named(status, "domain");
   }
   ++staged_count_;
   return {};

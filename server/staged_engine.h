@@ -33,6 +33,10 @@ class StagedEngine {
   /// kRevisionMismatch; then the engine is as before, but tainted().
   Status StageMotion(const MotionUpdate& update);
 
+  /// Stages another domain. Errors: those of Engine::ReplaceDomain; kTooLarge for more points than
+  /// Options::vertices_max; then as above.
+  Status Stage(const DomainUpdate& update);
+
   /// How far the staged motions went, the least of them; absent if there are none.
   [[nodiscard]] std::optional<double> motion_fraction() const { return motion_fraction_; }
 
@@ -104,6 +108,7 @@ class StagedEngine {
   Status SetSpec(const MetricUpdate& update);
   Status SetTensors(const VertexTensors& tensors);
   Status Move(const MotionUpdate& update);
+  Status Displace(const DisplacementUpdate& displacement);
   Status SetSolution(SolutionRequest request);
   [[nodiscard]] Status CheckRevision(Revision revision, const std::string& field) const;
 

@@ -129,6 +129,16 @@ v1::NodeUpdate ToWire(const NodePositions& nodes, ColumnWriter& columns) {
   return message;
 }
 
+v1::MetricDisplacement DisplacementToWire(std::span<const VertexId> vertices,
+                                          std::span<const Vec2> by, Revision revision,
+                                          ColumnWriter& columns) {
+  v1::MetricDisplacement message;
+  message.set_revision(static_cast<std::int64_t>(revision));
+  *message.mutable_vertex_ids() = Numbers(vertices, columns);
+  *message.mutable_displacements() = columns.Write<double, 2>(by);
+  return message;
+}
+
 v1::FieldUpdate ToWire(const FieldUpdate& fields, Revision revision, ColumnWriter& columns) {
   v1::FieldUpdate message;
   message.set_revision(static_cast<std::int64_t>(revision));

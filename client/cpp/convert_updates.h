@@ -10,6 +10,7 @@
 #include "core/pliant/options.h"
 #include "core/transfer/field_set.h"
 #include "pliant/v1/mesh.pb.h"
+#include "pliant/v1/metric.pb.h"
 #include "pliant/v1/motion.pb.h"
 #include "pliant/v1/options.pb.h"
 #include "proto/columns.h"
@@ -37,6 +38,10 @@ struct NodePositions {
   ImpossibleMotion on_impossible = ImpossibleMotion::kRefuse;
 };
 [[nodiscard]] v1::NodeUpdate ToWire(const NodePositions& nodes, wire::ColumnWriter& columns);
+
+[[nodiscard]] v1::MetricDisplacement DisplacementToWire(std::span<const VertexId> vertices,
+                                                        std::span<const Vec2> by, Revision revision,
+                                                        wire::ColumnWriter& columns);
 
 [[nodiscard]] v1::FieldUpdate ToWire(const FieldUpdate& fields, Revision revision,
                                      wire::ColumnWriter& columns);

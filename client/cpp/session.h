@@ -9,6 +9,7 @@
 #include "client/cpp/types.h"
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/geometry/domain.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/metric/metric_spec.h"
 #include "core/motion/motion.h"
@@ -49,6 +50,16 @@ class Session {
   /// kIndexOutOfRange, kDuplicateId, kNotFinite, kNotPositiveDefinite (index = row),
   /// kRevisionMismatch.
   Status UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors);
+
+  /// Stages where the metric's features have moved: vertices of the replica's revision go along,
+  /// and so does their metric, unless UpdateMetric follows. A help and no order; see
+  /// MetricDisplacement of the protocol. Errors: kArrayLength, kIndexOutOfRange, kDuplicateId,
+  /// kNotFinite (index = row), kRevisionMismatch.
+  Status Displace(std::span<const VertexId> vertices, std::span<const Vec2> by);
+
+  /// Stages another domain; whatever both have in common keeps its ids. Errors: those of
+  /// ReplaceDomain.
+  Status ReplaceDomain(const Domain& domain);
 
   /// Stages a motion of boundaries; vertices are those of the replica's revision. Errors: those of
   /// MoveVertices, kFrozen.

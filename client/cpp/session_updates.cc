@@ -27,6 +27,24 @@ Status Session::UpdateTensors(std::span<const VertexId> vertices, std::span<cons
   });
 }
 
+Status Session::Displace(std::span<const VertexId> vertices, std::span<const Vec2> by) {
+  const Revision revision = impl_->replica().revision();
+  return impl_->Update([&](wire::ColumnWriter& columns) {
+    v1::EditRequest request;
+    *request.mutable_metric()->mutable_displacement() =
+        DisplacementToWire(vertices, by, revision, columns);
+    return request;
+  });
+}
+
+Status Session::ReplaceDomain(const Domain& domain) {
+  return impl_->Update([&](wire::ColumnWriter& columns) {
+    v1::EditRequest request;
+    *request.mutable_domain()->mutable_domain() = ToWire(domain, columns);
+    return request;
+  });
+}
+
 Status Session::MoveBoundary(const MotionRequest& motion) {
   const Revision revision = impl_->replica().revision();
   return impl_->Update([&](wire::ColumnWriter& columns) {

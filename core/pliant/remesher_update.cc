@@ -32,7 +32,8 @@ Status Remesher::Impl::Start(std::unique_ptr<MetricField> field, const MetricSpe
 }
 
 Status Remesher::Impl::SetSpec(const MetricSpec& spec) {
-  if (followed_.Follows(spec)) return {};
+  // What vertices carried along is another metric than the specification that they had it from.
+  if (followed_.Follows(spec) && carriers_.empty()) return {};
   PLIANT_RETURN_IF_ERROR(FollowedMetric::Check(spec));
   PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<MetricField> field, MakeMetricField(spec, box_));
   return SetField(std::move(field), &spec);

@@ -50,6 +50,15 @@ TEST_F(ConvertUpdates, NamesNoVerticesWhereAllAreMeant) {
   EXPECT_EQ(wire.on_impossible(), v1::IMPOSSIBLE_MOTION_REFUSE);
 }
 
+TEST_F(ConvertUpdates, WritesDisplacements) {
+  const std::vector<VertexId> vertices{VertexId(7), VertexId(3)};
+  const std::vector<Vec2> by{{0.5, 1}, {2, -3}};
+  const v1::MetricDisplacement wire = DisplacementToWire(vertices, by, Revision{4}, writer_);
+  EXPECT_EQ(wire.revision(), 4);
+  EXPECT_EQ(wire.vertex_ids().shape(0), 2);
+  EXPECT_EQ(wire.displacements().shape(1), 2);
+}
+
 TEST_F(ConvertUpdates, WritesConstraints) {
   const Constraints constraints{.vertices = {VertexId(1)},
                                 .edges = {EdgeId(2), EdgeId(3)},

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cmath>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -69,6 +70,40 @@ inline v1::EditRequest Freeze(const Mirror& mirror) {
 inline v1::EditRequest Hops(int hops_max) {
   v1::EditRequest request;
   request.mutable_options()->set_hops_max(hops_max);
+  return request;
+}
+
+inline v1::EditRequest SquareWithHole() {
+  v1::EditRequest request;
+  v1::Domain& domain = *request.mutable_domain()->mutable_domain();
+  *domain.mutable_points() = Doubles({0, 0, 1, 0, 1, 1, 0, 1, 0.45, 0.4, 0.65, 0.5, 0.5, 0.62}, 2);
+  *domain.mutable_segments() = Ints({0, 1, 1, 2, 2, 3, 3, 0, 4, 5, 5, 6, 6, 4}, 2);
+  *domain.mutable_holes() = Doubles({0.52, 0.5}, 2);
+  return request;
+}
+
+inline v1::EditRequest SquareWithoutCorner() {
+  v1::EditRequest request;
+  v1::Domain& domain = *request.mutable_domain()->mutable_domain();
+  *domain.mutable_points() = Doubles({0, 0, 1, 0, 1, 0.7, 0.8, 1, 0, 1}, 2);
+  *domain.mutable_segments() = Ints({0, 1, 1, 2, 2, 3, 3, 4, 4, 0}, 2);
+  return request;
+}
+
+/// Moves a strip of vertices along x.
+inline v1::EditRequest Displace(const Mirror& mirror, double by) {
+  v1::EditRequest request;
+  std::vector<std::int32_t> ids;
+  std::vector<double> vectors;
+  for (const auto& [slot, position] : mirror.vertices) {
+    if (std::fabs(position[0] - 0.3) > 0.15) continue;
+    ids.push_back(slot);
+    vectors.insert(vectors.end(), {by, 0});
+  }
+  v1::MetricDisplacement& moved = *request.mutable_metric()->mutable_displacement();
+  moved.set_revision(mirror.revision);
+  *moved.mutable_vertex_ids() = Ints(ids);
+  *moved.mutable_displacements() = Doubles(vectors, 2);
   return request;
 }
 

@@ -313,7 +313,10 @@ TEST(ConvertUpdate, TurnsEveryKindThatIsNotImplementedIntoItsRefusal) {
   };
   v1::EditRequest request;
   request.set_update_id(6);
-  request.mutable_domain();
+  request.mutable_metric()->add_sources()->mutable_solution()->mutable_field()->set_name("u");
+  request.mutable_metric()->mutable_displacement();
+  EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented) << "values of vertices where they were";
+  request.mutable_metric()->mutable_sources(0)->mutable_vertices();
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
   request.mutable_options()->set_history_bytes_max(1);
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
@@ -333,6 +336,31 @@ TEST(ConvertUpdate, TakesMotions) {
       << "moves nothing";
   request.mutable_nodes()->mutable_vertices()->set_revision(1);
   EXPECT_TRUE(std::holds_alternative<MotionUpdate>(ConvertUpdate(request, kLimits).body));
+}
+
+TEST(ConvertUpdate, TakesDomainsAndDisplacements) {
+  v1::EditRequest request;
+  request.mutable_domain();
+  EXPECT_TRUE(std::holds_alternative<BadUpdate>(ConvertUpdate(request, kLimits).body)) << "empty";
+  *request.mutable_domain()->mutable_domain() = test::UnitSquare().domain();
+  const UpdateCommand domain = ConvertUpdate(request, kLimits);
+  ASSERT_TRUE(std::holds_alternative<DomainUpdate>(domain.body));
+  EXPECT_EQ(std::get<DomainUpdate>(domain.body).domain.points.size(), 4U);
+  v1::MetricDisplacement& moved = *request.mutable_metric()->mutable_displacement();
+  moved.set_revision(3);
+  *moved.mutable_vertex_ids() = test::Ints({5, 2});
+  *moved.mutable_displacements() = test::Doubles({0.5, 1, 2, 3}, 2);
+  const UpdateCommand metric = ConvertUpdate(request, kLimits);
+  ASSERT_TRUE(std::holds_alternative<MetricUpdate>(metric.body));
+  const auto& update = std::get<MetricUpdate>(metric.body).displacement;
+  ASSERT_TRUE(update.has_value());
+  EXPECT_EQ(update->revision, Revision(3));
+  EXPECT_EQ(update->vertices, (std::vector{VertexId(5), VertexId(2)}));
+  EXPECT_EQ(update->by[1], (Vec2{2, 3}));
+  *moved.mutable_vertex_ids() = test::Ints({5});
+  const UpdateCommand uneven = ConvertUpdate(request, kLimits);
+  ASSERT_TRUE(std::holds_alternative<BadUpdate>(uneven.body));
+  EXPECT_EQ(std::get<BadUpdate>(uneven.body).error.code, ErrorCode::kArrayLength);
 }
 
 // Goal: a bad advance does not count as a bad update: it leaves the stage as it is.

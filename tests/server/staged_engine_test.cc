@@ -143,6 +143,54 @@ TEST(StagedEngine, StagesMotionsAndTellsHowFarTheyWent) {
   EXPECT_FALSE(f.engine.motion_fraction().has_value());
 }
 
+TEST(StagedEngine, StagesAnotherDomain) {
+  Fixture f;
+  f.engine.Commit();
+  DomainUpdate update;
+  update.domain.points.resize(3);
+  ASSERT_TRUE(f.engine.Stage(update).ok());
+  EXPECT_EQ(f.engine.staged_count(), 1);
+  EXPECT_THAT(f.script->calls, ElementsAre("domain 3"));
+  f.script->update_error = Error{ErrorCode::kCrossingSegments, "no", "domain.segments", 3};
+  const Status status = f.engine.Stage(update);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().field, "domain.segments");
+  EXPECT_TRUE(f.engine.tainted());
+}
+
+TEST(StagedEngine, RefusesDomainsOfTooManyPoints) {
+  Fixture f;
+  f.engine.Commit();
+  DomainUpdate update;
+  update.domain.points.resize(static_cast<std::size_t>(Options().vertices_max));
+  EXPECT_TRUE(f.engine.Stage(update).ok()) << "as many as the limit says";
+  update.domain.points.emplace_back();
+  const Status status = f.engine.Stage(update);
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::kTooLarge);
+}
+
+// Goal: the displacement comes before the metric that is sent with it, and is undone with the
+// stage; without one the specification no longer says what the mesh follows.
+TEST(StagedEngine, DisplacesBeforeItFollows) {
+  Fixture f;
+  f.engine.Commit();
+  const DisplacementUpdate moved{Revision(1), {VertexId(0), VertexId(2)}, {{1, 0}, {0, 1}}};
+  ASSERT_TRUE(f.engine.Stage({.time = 4, .displacement = moved}).ok());
+  EXPECT_THAT(f.script->calls, ElementsAre("displace 2", "metric t=4"));
+  EXPECT_NE(f.engine.spec(), nullptr);
+  ASSERT_TRUE(f.engine.Stage({.displacement = moved}).ok());
+  EXPECT_EQ(f.engine.spec(), nullptr);
+  ASSERT_TRUE(f.engine.Discard().ok());
+  EXPECT_NE(f.engine.spec(), nullptr);
+  EXPECT_FALSE(f.engine.stepped());
+  const DisplacementUpdate old{Revision(2), {VertexId(0)}, {{1, 0}}};
+  const Status status = f.engine.Stage({.displacement = old});
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::kRevisionMismatch);
+  EXPECT_EQ(status.error().field, "metric.displacement.revision");
+}
+
 TEST(StagedEngine, RefusesMotionsInTheWordsOfTheRequest) {
   Fixture f;
   f.engine.Commit();

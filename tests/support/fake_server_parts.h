@@ -72,6 +72,14 @@ class FakeEngine final : public Engine {
     report.fraction = script_->motion_fraction;
     return report;
   }
+  Status ReplaceDomain(const Domain& domain) override {
+    script_->calls.push_back("domain " + std::to_string(domain.points.size()));
+    return Update();
+  }
+  Status Displace(std::span<const VertexId> vertices, std::span<const Vec2>) override {
+    script_->calls.push_back("displace " + std::to_string(vertices.size()));
+    return Update();
+  }
   std::vector<VertexId> Vertices() const override {
     return {VertexId(0), VertexId(2), VertexId(3)};
   }

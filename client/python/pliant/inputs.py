@@ -3,7 +3,7 @@
 from pliant import arrays, errors, geometry
 from pliant import metric as metrics
 from pliant import options as opts
-from pliant.v1 import metric_pb2, session_pb2
+from pliant.v1 import metric_pb2, motion_pb2, session_pb2
 
 
 def message_of(sender, domain, mesh, metric, options):
@@ -14,9 +14,8 @@ def message_of(sender, domain, mesh, metric, options):
     """
     if (domain is None) == (mesh is None):
         raise errors.InvalidInput("EMPTY", "give either a domain or a mesh", field="domain")
-    if domain is not None and not isinstance(domain, geometry.Domain):
-        raise errors.InvalidInput("ARRAY_TYPE", "domain must be a pliant.Domain; got "
-                                  f"{type(domain).__name__}", field="domain")
+    if domain is not None:
+        _check_domain(domain)
     if metric is None:
         raise errors.InvalidInput("EMPTY", "metric is required", field="metric")
     limits, session_options = opts.split(options)
@@ -35,3 +34,15 @@ def message_of(sender, domain, mesh, metric, options):
         options=session_options.to_wire(),
         metric=metric_pb2.MetricUpdate(sources=source.sources(sender, 0),
                                        limits=limits.to_wire()))
+
+
+def domain_command(domain):
+    """The edit command of `Session.replace_domain`."""
+    _check_domain(domain)
+    return "domain", lambda sender: motion_pb2.DomainUpdate(domain=domain.to_wire(sender))
+
+
+def _check_domain(domain):
+    if not isinstance(domain, geometry.Domain):
+        raise errors.InvalidInput("ARRAY_TYPE", "domain must be a pliant.Domain; got "
+                                  f"{type(domain).__name__}", field="domain")

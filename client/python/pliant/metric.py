@@ -118,6 +118,31 @@ class Vertices(Metric):
             tensors=sender.array(self.tensors)))
 
 
+class Displacement:
+    """How vertices go along with a feature of the metric."""
+
+    def __init__(self, vertex_ids: Any, vectors: Any):
+        self.vertex_ids: np.ndarray = as_integers("metric.displacement.vertex_ids", vertex_ids)
+        self.vectors: np.ndarray = as_floats("metric.displacement.displacements", vectors, 2)
+        check_rows("metric.displacement.displacements", self.vectors, len(self.vertex_ids),
+                   "entry of vertex_ids")
+
+    def to_wire(self, sender, revision):
+        return metric_pb2.MetricDisplacement(
+            revision=revision, vertex_ids=sender.array(self.vertex_ids),
+            displacements=sender.array(self.vectors))
+
+
+def as_displacement(pair: Any) -> Displacement:
+    """The displacement of `Session.update_metric`: (vertex_ids, vectors)."""
+    if isinstance(pair, Displacement):
+        return pair
+    if not isinstance(pair, tuple) or len(pair) != 2:
+        raise InvalidInput("ARRAY_TYPE", "displacement must be (vertex_ids, vectors)",
+                           field="metric.displacement")
+    return Displacement(*pair)
+
+
 def expression(tensor: str) -> Expression:
     """A metric by expressions: "M11; M12; M22" in the variables x, y (domain units) and t.
 

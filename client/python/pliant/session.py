@@ -5,8 +5,8 @@ from typing import Any, Callable, List, Optional
 
 import numpy as np
 
-from pliant import arrays, calls, constraints, diff, errors, fields, motion, quality, replica
-from pliant import stream
+from pliant import arrays, calls, constraints, diff, errors, fields, geometry, inputs, motion
+from pliant import quality, replica, stream
 from pliant import metric as metrics
 from pliant import options as opts
 from pliant.v1 import edit_pb2, metric_pb2, motion_pb2, session_pb2
@@ -73,8 +73,8 @@ class Session:
             return self._mirror.view()
 
     def update_metric(self, metric: Any = None, vertex_ids: Any = None, *,
-                      time: Optional[float] = None, advance: Optional[opts.Advance] = None,
-                      **limits) -> diff.Diff:
+                      time: Optional[float] = None, displacement: Any = None,
+                      advance: Optional[opts.Advance] = None, **limits) -> diff.Diff:
         """Changes the metric, lets the mesh follow, and returns what changed.
 
         Only what the change affects is touched; the same metric again costs next to nothing and
@@ -87,6 +87,11 @@ class Session:
             vertex_ids: (k,) slots, entries of `mesh.vertex_ids`, in any order, none twice; the
                 other vertices keep their metric.
             time: value of t in expressions from now on.
+            displacement: where the metric's features (a front) have moved since the last update, as
+                (vertex_ids, vectors) with (k, 2) vectors in domain units: vertices go along, which
+                makes the update several times cheaper. With `metric` None their metric goes along.
+                Not together with tensors (UNIMPLEMENTED): send the displacement alone, with
+                `advance=Advance(visits_max=1)`, and then tensors at the points as they are.
             advance: how long the loop may run. Default: until converged.
             **limits: `h_min`, `h_max`, `hgrad`, `rotation`, `anisotropy_max` from now on, as in
                 `pliant.options.Limits`. Limits hold for tensors too, but are refused together with
@@ -97,7 +102,7 @@ class Session:
                 ARRAY_LENGTH, EXPRESSION_SYNTAX and so on, `index` the first bad row as given.
         """
         with self._lock:
-            command = self._metric_command(metric, vertex_ids, time, limits)
+            command = self._metric_command(metric, vertex_ids, time, limits, displacement)
             return self._advance([command], advance)
 
     def stage_metric(self, metric: Any = None, vertex_ids: Any = None, *,
@@ -113,6 +118,27 @@ class Session:
             if answer.WhichOneof("event") == "rejected":
                 self._run([("discard", lambda _: edit_pb2.Discard())])
                 raise errors.from_detail(answer.rejected.error)
+
+    def replace_domain(self, domain: geometry.Domain, *,
+                       advance: Optional[opts.Advance] = None) -> diff.Diff:
+        """Gives the session another domain, and returns what changed.
+
+        Holes appear, merge and vanish, parts come and go. Whatever both domains have in common
+        keeps its ids and positions; the new points are in the mesh with the coordinates given.
+        Values and tensors at vertices go on in new area as at the nearest point of the old one.
+
+        Args:
+            domain: a `pliant.Domain`, as at creation.
+            advance: how long the loop may run. Default: until converged.
+
+        Raises:
+            InvalidInput: as at creation, for instance CROSSING_SEGMENTS with `index` and
+                `other_index`; the session stays as it was.
+            FailedPrecondition: FROZEN if something frozen would change.
+            Unimplemented: a field is conservative.
+        """
+        with self._lock:
+            return self._advance([inputs.domain_command(domain)], advance)
 
     def move_boundary(self, motions: Any = None, positions: Any = None, vertex_ids: Any = None, *,
                       stop_if_impossible: bool = False, metric_follow_length: float = 0,
@@ -362,14 +388,15 @@ class Session:
             self._ensure_stream()
         return self._mirror.revision
 
-    def _metric_command(self, metric, vertex_ids, time, limits):
+    def _metric_command(self, metric, vertex_ids, time, limits, displacement=None):
         if self._mirror.revision == 0:
             self._ensure_stream()
         limits_message = opts.make_limits(limits).to_wire()
-        if metric is None and time is None and limits_message is None:
+        if metric is None and time is None and limits_message is None and displacement is None:
             raise errors.InvalidInput("EMPTY", "nothing to update: give a metric, time or a limit",
                                       field="metric")
         source = None if metric is None else metrics.as_metric(metric, vertex_ids)
+        moved = None if displacement is None else metrics.as_displacement(displacement)
         if isinstance(source, metrics.Vertices) and source.vertex_ids is None:
             arrays.check_rows("metric.tensors", source.tensors,
                               self._mirror.counts.vertices, "vertex of the mesh")
@@ -381,6 +408,8 @@ class Session:
             message = metric_pb2.MetricUpdate(time=time, limits=limits_message)
             if source is not None:
                 message.sources.extend(source.sources(sender, revision))
+            if moved is not None:
+                message.displacement.CopyFrom(moved.to_wire(sender, revision))
             return message
 
         return "metric", make

@@ -11,6 +11,8 @@
 #include <string>
 
 #include "client/cpp/client.h"
+#include "core/motion/replace_domain.h"
+#include "core/pliant/displace.h"
 #include "core/pliant/remesher.h"
 #include "tests/client/live/pliantd_process.h"
 
@@ -331,6 +333,53 @@ TEST_F(LiveServer, WhatIsFrozenStaysWhileTheBoundaryMoves) {
   ASSERT_TRUE(session->SetOptions(options).ok());
   ASSERT_TRUE(session->Advance().ok());
   EXPECT_EQ(session->replica().positions()[corner.index()], elsewhere);
+}
+
+// Goal: the mirror of a client has the bits of the same session in process, whatever domain comes
+// next and whatever is displaced.
+TEST_F(LiveServer, DomainsAndDisplacementsGiveTheBitsOfTheCore) {
+  const auto session = Create(Plate(), Size("0.06"));
+  auto local = Remesher::Create(Plate(), Size("0.06"), {});
+  ASSERT_TRUE(local.ok());
+  const auto advance = [&] {
+    const auto report = session->Advance();
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    ASSERT_TRUE((*local)->Step({}).ok());
+    const MeshDiff diff = (*local)->Commit();
+    EXPECT_EQ(session->replica().summary(), diff.summary);
+  };
+  advance();
+  Domain domain = Plate();
+  const auto first = static_cast<std::int32_t>(domain.points.size());
+  const Vec2 corner = domain.points[0];
+  for (const Vec2 p : {Vec2{0.1, 0.1}, Vec2{0.2, 0.12}, Vec2{0.12, 0.2}}) {
+    domain.points.push_back(corner + p);
+  }
+  for (std::int32_t i = 0; i < 3; ++i) {
+    domain.segments.push_back({first + i, first + (i + 1) % 3, 77});
+  }
+  domain.holes.push_back(corner + Vec2{0.14, 0.14});
+  for (const Domain& next : {domain, Plate()}) {
+    ASSERT_TRUE(session->ReplaceDomain(next).ok());
+    ASSERT_TRUE(ReplaceDomain(**local, next).ok());
+    advance();
+  }
+  std::vector<VertexId> vertices;
+  const Mesh& mesh = (*local)->mesh();
+  for (std::int32_t i = 0; i < mesh.vertex_slots(); i += 2) {
+    if (mesh.vertex(VertexId(i)).live) vertices.emplace_back(i);
+  }
+  const std::vector<Vec2> by(vertices.size(), Vec2{0.01, 0.005});
+  ASSERT_TRUE(session->Displace(vertices, by).ok());
+  DisplaceVertices displacement(vertices, by);
+  ASSERT_TRUE((*local)->Apply(displacement).ok());
+  EXPECT_GT(displacement.displaced_count(), 0);
+  advance();
+  Domain crossing = Plate();
+  crossing.segments.push_back({0, 2, 1});
+  crossing.segments.push_back({1, 3, 1});
+  EXPECT_EQ(session->ReplaceDomain(crossing).error().code,
+            ReplaceDomain(**local, crossing).error().code);
 }
 
 TEST_F(LiveServer, FieldsAndTransferRowsComeWithTheDiff) {
