@@ -21,7 +21,7 @@
 
 namespace pliant {
 
-/// Carries out ReplaceDomain on a mesh.
+/// Carries out ReplaceDomain on a mesh, once.
 ///
 /// What goes is gathered in a cavity: the triangles at edges that go, and those that new edges
 /// cross or touch. Walls are drawn around it, along what stays, and along the new edges; they may
@@ -29,14 +29,14 @@ namespace pliant {
 /// region that the new domain has there, or stays empty. Triangles behind the walls that are in
 /// another region now, or outside, are found from the walls by going from neighbour to neighbour.
 /// *Threads*: one caller at a time.
-class DomainSwap final : public MeshChange {
+class DomainSwap {
  public:
+  using Outcome = MeshChange::Outcome;
+
   explicit DomainSwap(const Domain& domain) : domain_(domain) {}
 
-  [[nodiscard]] bool replaces_domain() const override { return true; }
-
   /// Errors: those of ReplaceDomain.
-  Result<Outcome> Apply(MeshEdit& edit) override;
+  Result<Outcome> Apply(MeshEdit& edit);
 
   [[nodiscard]] const DomainReport& report() const { return report_; }
 

@@ -24,6 +24,7 @@ class Motion final : public MeshChange {
 
   Result<Outcome> Apply(MeshEdit& edit) override {
     const Mesh& mesh = edit.mesh();
+    report_ = {};
     PLIANT_ASSIGN_OR_RETURN(MotionPlan plan, MotionPlan::Make(mesh, request_));
     for (const VertexId vertex : plan.cuts()) edit.CutSegment(vertex);
     plan.FindRiders(mesh);

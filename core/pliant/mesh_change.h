@@ -30,7 +30,8 @@ class MeshChange {
   /// True if the mesh will cover another domain, of which conservative fields know nothing yet.
   [[nodiscard]] virtual bool replaces_domain() const { return false; }
 
-  /// Changes the mesh. On an error the caller undoes what was done.
+  /// Changes the mesh. On an error the caller undoes what was done; it may also undo what went
+  /// well, to see whether it would, and ask again.
   virtual Result<Outcome> Apply(MeshEdit& edit) = 0;
 };
 

@@ -76,6 +76,9 @@ class Remesher::Impl {
     SharedFields fields;
   };
 
+  enum class Fate { kKept, kUndone };
+  /// Carries a change out, and undoes it if something is wrong with it or it is to be undone.
+  Result<MeshChange::Outcome> Try(MeshChange& change, Fate fate);
   /// Gives every vertex its first metric and wakes it.
   Status Start(std::unique_ptr<MetricField> field, const MetricSpec* spec);
   void UseOptions(const Options& options);

@@ -69,18 +69,14 @@ Status Remesher::Impl::Change(MeshChange& change) {
                  "domain"};
   }
   LeaveNestedBuild();
-  PLIANT_RETURN_IF_ERROR(LetMetricFollow());
-  followed_.BeforeTrial();
-  MeshEdit::Trial trial = edit_.BeginTrial();
-  Result<MeshChange::Outcome> outcome = change.Apply(edit_);
-  Status kept = outcome.ok() ? CheckFrozenKept(mesh_, edit_.log()) : Status(outcome.error());
-  if (kept.ok()) {
-    edit_.Keep(std::move(trial));
-  } else {
-    edit_.Undo(std::move(trial));
+  if (!carriers_.empty()) {
+    // What vertices carried along becomes the metric only now, and that may wake nodes: not for
+    // the sake of a change that will be refused.
+    PLIANT_RETURN_IF_ERROR(Try(change, Fate::kUndone));
+    PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   }
-  followed_.AfterTrial();
-  if (!kept.ok()) return kept.error();
+  Result<MeshChange::Outcome> outcome = Try(change, Fate::kKept);
+  if (!outcome.ok()) return outcome.error();
   domain_replaced_ = domain_replaced_ || change.replaces_domain();
   followed_.MeshMoved();
   for (const VertexId vertex : outcome->created) {
@@ -94,6 +90,21 @@ Status Remesher::Impl::Change(MeshChange& change) {
   for (const VertexId vertex : outcome->disturbed) loop_.Wake(vertex);
   carriers_ = std::move(outcome->carriers);
   return {};
+}
+
+Result<MeshChange::Outcome> Remesher::Impl::Try(MeshChange& change, Fate fate) {
+  followed_.BeforeTrial();
+  MeshEdit::Trial trial = edit_.BeginTrial();
+  Result<MeshChange::Outcome> outcome = change.Apply(edit_);
+  const Status kept = outcome.ok() ? CheckFrozenKept(mesh_, edit_.log()) : Status(outcome.error());
+  if (kept.ok() && fate == Fate::kKept) {
+    edit_.Keep(std::move(trial));
+  } else {
+    edit_.Undo(std::move(trial));
+  }
+  followed_.AfterTrial();
+  if (!kept.ok()) return kept.error();
+  return outcome;
 }
 
 Status Remesher::Impl::SetConstraints(const Constraints& constraints) {
