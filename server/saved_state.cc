@@ -82,7 +82,14 @@ Result<SessionMemory> ReadSnapshot(std::span<const std::byte> bytes, const Sessi
   memory.active_count = reader.Take<std::int64_t>();
   memory.summary = ReadSummary(reader);
   memory.commit_time = TakeTime(reader);
-  const Bytes engine_bytes = TakeBytes(reader);
+  // The engine, nearly all of it, is read where it is: a copy would cost as much as the checksums.
+  const auto engine_size = reader.Take<std::uint64_t>();
+  if (!reader.ok() || engine_size > reader.size_left()) {
+    return CorruptData(kMemoryName, "ends too early");
+  }
+  const std::span<const std::byte> rest = payload.last(reader.size_left());
+  const std::span<const std::byte> engine_bytes = rest.first(engine_size);
+  reader = ByteReader(rest.subspan(engine_size));
   std::shared_ptr<const MetricSpec> spec = TakeSharedSpec(reader);
   if (!reader.ok()) return CorruptData(kMemoryName, "ends too early");
   PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<Engine> engine, makers.loader(engine_bytes));

@@ -1,7 +1,9 @@
 #include "core/mesh/mesh_delta.h"
 
+#include <algorithm>
 #include <array>
 #include <span>
+#include <tuple>
 #include <type_traits>
 
 namespace pliant {
@@ -62,12 +64,34 @@ void PutEach(std::span<const Record> records, ByteWriter& writer, Get get) {
   writer.PutColumn(values);
 }
 
+/// A column that was read, and how its values enter the records.
+template <class Value, class Set>
+struct Column {
+  std::vector<Value> values;
+  Set set;
+};
+
 /// Its counterpart; fails unless the column has a value for each record.
 template <class Value, class Records, class Set>
-void TakeEach(ByteReader& reader, Records& records, Set set) {
-  const std::vector<Value> values = reader.TakeColumn<Value>();
-  if (values.size() != records.size()) return reader.Fail();
-  for (std::size_t i = 0; i < records.size(); ++i) set(records[i], values[i]);
+Column<Value, Set> TakeEach(ByteReader& reader, const Records& records, Set set) {
+  Column<Value, Set> column{reader.TakeColumn<Value>(), set};
+  if (column.values.size() != records.size()) reader.Fail();
+  return column;
+}
+
+/// Writes columns into records, a few records at a time: a record is larger than its share of any
+/// column, so that whole columns one after the other would bring all records from memory each time.
+template <class Records, class Columns>
+void Fill(const ByteReader& reader, const Columns& columns, Records& records) {
+  constexpr std::size_t kBlock = 512;
+  if (!reader.ok()) return;
+  for (std::size_t begin = 0; begin < records.size(); begin += kBlock) {
+    const std::size_t end = std::min(records.size(), begin + kBlock);
+    const auto fill = [&](const auto& column) {
+      for (std::size_t i = begin; i < end; ++i) column.set(records[i], column.values[i]);
+    };
+    std::apply([&](const auto&... each) { (fill(each), ...); }, columns);
+  }
 }
 
 // Flags of a vertex, in bits.
@@ -120,19 +144,22 @@ void PutRecords(std::span<const VertexRecord> records, ByteWriter& writer) {
 template <class Records>
 void TakeVertexRecords(ByteReader& reader, Records& records) {
   using R = VertexRecord;
-  TakeEach<double>(reader, records, [](R& r, double v) { r.position.x = v; });
-  TakeEach<double>(reader, records, [](R& r, double v) { r.position.y = v; });
-  TakeEach<double>(reader, records, [](R& r, double v) { r.metric.m11 = v; });
-  TakeEach<double>(reader, records, [](R& r, double v) { r.metric.m12 = v; });
-  TakeEach<double>(reader, records, [](R& r, double v) { r.metric.m22 = v; });
-  TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.triangle = TriangleId(v); });
-  TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.edge = EdgeId(v); });
-  TakeEach<float>(reader, records, [](R& r, float v) { r.visit.drift_x = v; });
-  TakeEach<float>(reader, records, [](R& r, float v) { r.visit.drift_y = v; });
-  TakeEach<std::uint32_t>(reader, records, [](R& r, auto v) { r.visit.epoch = v; });
-  TakeEach<std::uint8_t>(reader, records, [](R& r, auto v) { r.visit.age = v; });
-  TakeEach<std::uint8_t>(reader, records, [](R& r, auto v) { r.visit.hop = v; });
-  TakeEach<std::uint8_t>(reader, records, SetFlags);
+  // Braces, because they keep the order of what stands in them.
+  const std::tuple columns{
+      TakeEach<double>(reader, records, [](R& r, double v) { r.position.x = v; }),
+      TakeEach<double>(reader, records, [](R& r, double v) { r.position.y = v; }),
+      TakeEach<double>(reader, records, [](R& r, double v) { r.metric.m11 = v; }),
+      TakeEach<double>(reader, records, [](R& r, double v) { r.metric.m12 = v; }),
+      TakeEach<double>(reader, records, [](R& r, double v) { r.metric.m22 = v; }),
+      TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.triangle = TriangleId(v); }),
+      TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.edge = EdgeId(v); }),
+      TakeEach<float>(reader, records, [](R& r, float v) { r.visit.drift_x = v; }),
+      TakeEach<float>(reader, records, [](R& r, float v) { r.visit.drift_y = v; }),
+      TakeEach<std::uint32_t>(reader, records, [](R& r, auto v) { r.visit.epoch = v; }),
+      TakeEach<std::uint8_t>(reader, records, [](R& r, auto v) { r.visit.age = v; }),
+      TakeEach<std::uint8_t>(reader, records, [](R& r, auto v) { r.visit.hop = v; }),
+      TakeEach<std::uint8_t>(reader, records, SetFlags)};
+  Fill(reader, columns, records);
 }
 
 void PutRecords(std::span<const TriangleRecord> records, ByteWriter& writer) {
@@ -150,13 +177,25 @@ void PutRecords(std::span<const TriangleRecord> records, ByteWriter& writer) {
 template <class Records>
 void TakeTriangleRecords(ByteReader& reader, Records& records) {
   using R = TriangleRecord;
-  for (std::size_t k = 0; k < 3; ++k) {
-    TakeEach<std::int32_t>(reader, records, [k](R& r, auto v) { r.vertices[k] = VertexId(v); });
-    TakeEach<std::int32_t>(reader, records, [k](R& r, auto v) { r.neighbors[k] = TriangleId(v); });
-  }
-  TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.region = v; });
-  TakeEach<std::uint8_t>(reader, records, [](R& r, auto v) { r.constrained = v; });
-  TakeEach<std::uint8_t>(reader, records, SetLife<R>);
+  const auto vertex = [&](std::size_t k) {
+    return TakeEach<std::int32_t>(reader, records,
+                                  [k](R& r, auto v) { r.vertices[k] = VertexId(v); });
+  };
+  const auto neighbor = [&](std::size_t k) {
+    return TakeEach<std::int32_t>(reader, records,
+                                  [k](R& r, auto v) { r.neighbors[k] = TriangleId(v); });
+  };
+  const std::tuple columns{
+      vertex(0),
+      neighbor(0),
+      vertex(1),
+      neighbor(1),
+      vertex(2),
+      neighbor(2),
+      TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.region = v; }),
+      TakeEach<std::uint8_t>(reader, records, [](R& r, auto v) { r.constrained = v; }),
+      TakeEach<std::uint8_t>(reader, records, SetLife<R>)};
+  Fill(reader, columns, records);
 }
 
 void PutRecords(std::span<const EdgeRecord> records, ByteWriter& writer) {
@@ -176,15 +215,28 @@ void PutRecords(std::span<const EdgeRecord> records, ByteWriter& writer) {
 template <class Records>
 void TakeEdgeRecords(ByteReader& reader, Records& records) {
   using R = EdgeRecord;
-  for (std::size_t k = 0; k < 2; ++k) {
-    TakeEach<std::int32_t>(reader, records, [k](R& r, auto v) { r.vertices[k] = VertexId(v); });
-    TakeEach<double>(reader, records, [k](R& r, double v) { r.parameters[k] = v; });
-    TakeEach<std::int32_t>(reader, records, [k](R& r, auto v) { r.next[k] = EdgeId(v); });
-  }
-  TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.triangle = TriangleId(v); });
-  TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.tag = v; });
-  TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.segment = v; });
-  TakeEach<std::uint8_t>(reader, records, SetLife<R>);
+  const auto vertex = [&](std::size_t k) {
+    return TakeEach<std::int32_t>(reader, records,
+                                  [k](R& r, auto v) { r.vertices[k] = VertexId(v); });
+  };
+  const auto parameter = [&](std::size_t k) {
+    return TakeEach<double>(reader, records, [k](R& r, double v) { r.parameters[k] = v; });
+  };
+  const auto next = [&](std::size_t k) {
+    return TakeEach<std::int32_t>(reader, records, [k](R& r, auto v) { r.next[k] = EdgeId(v); });
+  };
+  const std::tuple columns{
+      vertex(0),
+      parameter(0),
+      next(0),
+      vertex(1),
+      parameter(1),
+      next(1),
+      TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.triangle = TriangleId(v); }),
+      TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.tag = v; }),
+      TakeEach<std::int32_t>(reader, records, [](R& r, auto v) { r.segment = v; }),
+      TakeEach<std::uint8_t>(reader, records, SetLife<R>)};
+  Fill(reader, columns, records);
 }
 
 void PutSegments(std::span<const SegmentRecord> segments, ByteWriter& writer) {
@@ -197,8 +249,9 @@ std::vector<SegmentRecord> TakeSegments(ByteReader& reader) {
   for (const std::int32_t a : reader.TakeColumn<std::int32_t>()) {
     segments.push_back({VertexId(a), VertexId()});
   }
-  TakeEach<std::int32_t>(reader, segments,
-                         [](SegmentRecord& segment, auto b) { segment.b = VertexId(b); });
+  const std::tuple columns{TakeEach<std::int32_t>(
+      reader, segments, [](SegmentRecord& segment, auto b) { segment.b = VertexId(b); })};
+  Fill(reader, columns, segments);
   return segments;
 }
 
