@@ -1,5 +1,9 @@
 #include "server/sleeper.h"
 
+#ifdef __GLIBC__
+#include <malloc.h>
+#endif
+
 #include <algorithm>
 #include <utility>
 
@@ -7,6 +11,17 @@ namespace pliant::server {
 namespace {
 
 constexpr std::chrono::seconds kInterval{1};
+/// Share of the limit that is freed besides, where it was exceeded: the choice looks at every
+/// session, so that it should be made once for many that grow.
+constexpr std::int64_t kSpareShare = 16;
+
+/// Gives the system back what sessions have freed. The allocator keeps it where small pieces of
+/// other sessions lie between, which after thousands of them is as much as the limit itself.
+void ReturnFreedMemory() {
+#ifdef __GLIBC__
+  malloc_trim(0);
+#endif
+}
 
 }  // namespace
 
@@ -43,6 +58,7 @@ std::vector<std::shared_ptr<Session>> Sleeper::Choose() const {
   });
   std::vector<std::shared_ptr<Session>> chosen;
   std::int64_t excess = budget_.excess();
+  if (excess > 0) excess += policy_.memory_bytes_max / kSpareShare;
   const Clock::Time now = clock_.Now();
   for (auto& [usage, session] : awake) {
     const bool is_idle = policy_.idle_max.count() > 0 && now - usage.last_used >= policy_.idle_max;
@@ -55,12 +71,24 @@ std::vector<std::shared_ptr<Session>> Sleeper::Choose() const {
 
 void Sleeper::Work() {
   std::unique_lock lock(mutex_);
+  bool has_freed = false;
+  Clock::Time returned{};
   while (!stopping_) {
     wake_.wait_for(lock, kInterval, [this] { return stopping_ || is_over_; });
     if (stopping_) return;
     is_over_ = false;
     lock.unlock();
-    for (const std::shared_ptr<Session>& session : Choose()) session->RequestSleep();
+    // What was chosen before sleeps by now, or nearly; seldom, because it looks at all memory.
+    const Clock::Time now = clock_.Now();
+    if (has_freed && now - returned >= kInterval) {
+      ReturnFreedMemory();
+      returned = now;
+      has_freed = false;
+    }
+    for (const std::shared_ptr<Session>& session : Choose()) {
+      session->RequestSleep();
+      has_freed = true;
+    }
     lock.lock();
   }
 }

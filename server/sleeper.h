@@ -37,7 +37,8 @@ class Sleeper {
 
   [[nodiscard]] MemoryBudget& budget() { return budget_; }
 
-  /// Who should sleep now: idle ones first, then the least recently used until enough is freed.
+  /// Who should sleep now: idle ones first, then, where the limit is exceeded, the least recently
+  /// used until there is some room again.
   [[nodiscard]] std::vector<std::shared_ptr<Session>> Choose() const;
 
  private:

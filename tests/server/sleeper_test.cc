@@ -44,6 +44,16 @@ class SleeperTest : public testing::Test {
     while (scheduler_.RunOne()) {
     }
   }
+  // What one session holds before its first advance.
+  std::int64_t MemoryOfOne() {
+    Sleeper probe({}, registry_, clock_);
+    const auto session = Create("probe", &probe.budget());
+    const std::int64_t one = probe.budget().used();
+    session->Close({ErrorCode::kSessionNotFound, "gone", {}});
+    RunAll();
+    registry_.Remove("", "probe");
+    return one;
+  }
   static std::vector<std::string> Names(const std::vector<std::shared_ptr<Session>>& sessions) {
     std::vector<std::string> names;
     for (const auto& session : sessions) names.push_back(session->session_id());
@@ -72,6 +82,16 @@ TEST_F(SleeperTest, ChoosesTheIdleAndThenTheLeastRecentlyUsed) {
   EXPECT_THAT(Names(sleeper.Choose()), IsEmpty());
 }
 
+// Goal: beyond the limit some room is made, so that the next session that grows needs no choice.
+TEST_F(SleeperTest, FreesAShareOfTheLimitBesides) {
+  const std::int64_t one = MemoryOfOne();
+  Sleeper sleeper({.idle_max = {}, .memory_bytes_max = 32 * one}, registry_, clock_);
+  for (int i = 0; i < 32; ++i) Create(std::to_string(i), &sleeper.budget());
+  EXPECT_THAT(Names(sleeper.Choose()), IsEmpty()) << "at the limit";
+  Create("last", &sleeper.budget());
+  EXPECT_THAT(Names(sleeper.Choose()), ElementsAre("0", "1", "2")) << "one, and a 16th of 32";
+}
+
 TEST_F(SleeperTest, CountsWhatSessionsHold) {
   Sleeper sleeper({}, registry_, clock_);
   const auto session = Create("a", &sleeper.budget());
@@ -93,15 +113,7 @@ TEST_F(SleeperTest, CountsWhatSessionsHold) {
 // kept whenever everybody has done what it could.
 TEST_F(SleeperTest, ManySessionsWorkUnderASmallLimit) {
   constexpr int kSessions = 300;
-  std::int64_t one = 0;
-  {
-    Sleeper probe({}, registry_, clock_);
-    const auto session = Create("probe", &probe.budget());
-    one = probe.budget().used();
-    session->Close({ErrorCode::kSessionNotFound, "gone", {}});
-    RunAll();
-    registry_.Remove("", "probe");
-  }
+  const std::int64_t one = MemoryOfOne();
   Sleeper sleeper({.idle_max = {}, .memory_bytes_max = 12 * one}, registry_, clock_);
   std::vector<std::shared_ptr<Session>> sessions;
   const auto settle = [&] {
