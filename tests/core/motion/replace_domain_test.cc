@@ -267,6 +267,33 @@ TEST(ReplaceDomain, CarriesFields) {
   EXPECT_EQ(refused.error().code, ErrorCode::kUnimplemented);
 }
 
+// Goal: what vertices carried along earlier in the revision becomes the metric, and wakes nodes by
+// way of limits, for an update that is taken and not for one that is refused.
+TEST(ReplaceDomain, RefusedAfterAMotionLeavesWhatTheMotionLeft) {
+  MetricSpec spec;
+  spec.source = SizeMetric{"0.01+0.3*hypot(x-0.3,y-0.3)"};
+  spec.gradation.gradation = 1.3;
+  const auto remesher = *Remesher::Create(Holed({0.2, 0.2}, {0.4, 0.4}), spec, {});
+  ASSERT_TRUE(remesher->Step({}).ok());
+  (void)remesher->Commit();
+  MotionRequest motion;
+  motion.tags = {{{kBody}, Translation{{0.2, 0.1}}}};
+  motion.follow_length = 3;
+  ASSERT_TRUE(MoveVertices(*remesher, motion).ok());
+  const auto before = std::vector<VertexRecord>(remesher->mesh().vertex_records().begin(),
+                                                remesher->mesh().vertex_records().end());
+  Domain crossing = testing::Rectangle({0, 0}, {1, 1});
+  crossing.segments.push_back({0, 2, 1});
+  crossing.segments.push_back({1, 3, 1});
+  ASSERT_FALSE(ReplaceDomain(*remesher, crossing).ok());
+  const auto after = remesher->mesh().vertex_records();
+  ASSERT_EQ(after.size(), before.size());
+  for (std::size_t i = 0; i < before.size(); ++i) {
+    ASSERT_EQ(after[i].metric, before[i].metric) << i;
+    ASSERT_EQ(after[i].visit, before[i].visit) << i;
+  }
+}
+
 // Goal: a hole seed alone makes a hole of a region, and taking it away fills it; both without a
 // vertex on a segment that moves.
 TEST(ReplaceDomain, FillsAndEmptiesALoopThatStays) {
