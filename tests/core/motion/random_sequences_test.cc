@@ -281,15 +281,16 @@ class RandomSession {
     Expect(remesher_->SetConstraints(constraints));
   }
 
-  /// Values are those of the elements of the last commit: only there can they be named at once.
+  /// Names and values are those of the last commit, so that there is one first; a field that was
+  /// dropped since could not be dropped again.
   void SetFields() {
+    ASSERT_NO_FATAL_FAILURE(Commit());
     if (rng_.Below(4) == 0) {
       for (const Field& field : remesher_->fields().fields()) {
         Expect(remesher_->SetFields({.dropped_names = {field.name}}));
       }
       return;
     }
-    ASSERT_NO_FATAL_FAILURE(Commit());
     FieldUpdate update;
     FieldValues values{.name = rng_.Below(2) == 0 ? "u" : "v", .values = {}};
     for (const VertexId id : testing::LiveVertices(mesh())) {
