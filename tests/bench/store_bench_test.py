@@ -20,7 +20,7 @@ def main():
     assert 18 < reopen["revisions_since_snapshot"] < 24, reopen
     assert 0 < reopen["store_load_s"] < reopen["reopen_s"], reopen
     assert reopen["snapshot_bytes"] > 1_000_000, reopen
-    sleepers = run("sleepers", "--count", "30", "--memory-limit-mib", "8", "--threads", "2",
+    sleepers = run("sleepers", "--count", "30", "--memory-limit-mib", "4", "--threads", "2",
                    "--pliantd", sys.argv[2])
     assert sleepers["asleep_at_end"] > 10, sleepers
     assert 800 < sleepers["vertices_mean"] < 1300, sleepers

@@ -215,9 +215,17 @@ def test_an_output_that_cannot_be_written_is_refused_before_the_work(tmp_path):
     assert "nowhere" in run("remesh", PLATE, *SIZE, "-o", target, code=1).stderr
 
 
+def test_of_several_metrics_the_finest_holds(tmp_path):
+    # Goal: the same mesh as the minimum of both sizes written as one formula.
+    both, least = tmp_path / "both.mesh", tmp_path / "least.mesh"
+    run("remesh", PLATE, "--size", "0.05+0.1*x", "--metric-expr", "64; 0; 64", "-o", both)
+    run("remesh", PLATE, "--size", "min(0.125, 0.05+0.1*x)", "-o", least)
+    assert both.read_bytes() == least.read_bytes()
+
+
 @pytest.mark.parametrize("arguments", [
     [], ["frobnicate"], ["remesh"], ["remesh", PLATE, *SIZE], ["remesh", PLATE, "-o", "a.mesh"],
-    ["remesh", PLATE, *SIZE, "--metric-expr", "1;0;1", "-o", "a.mesh"],
+    ["remesh", PLATE, *SIZE, "--background", "b.mesh", "-o", "a.mesh"],
     ["remesh", PLATE, *SIZE, "-o", "a.mesh", "--variant", "fast"],
     ["remesh", PLATE, *SIZE, "-o", "a.mesh", "--local", "--server", "x:1"],
     ["session"], ["session", "show"], ["plot", PLATE, "--ellipses", "-o", "a.svg"],
