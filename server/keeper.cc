@@ -44,19 +44,15 @@ void Keeper::Grown(const std::shared_ptr<StoreJournal>& journal) {
 }
 
 void Keeper::Recall(const std::string& tenant, const std::string& session_id, Recalled done) {
-  bool is_late = false;
   {
     const std::lock_guard lock(mutex_);
-    is_late = stopping_;
-    if (!is_late) {
+    if (!stopping_) {
       recalls_.push_back({{DocumentKind::kSession, tenant, session_id}, std::move(done)});
+      wake_.notify_all();
+      return;
     }
   }
-  if (is_late) {
-    done(Ending());
-  } else {
-    wake_.notify_all();
-  }
+  done(Ending());
 }
 
 // Somebody waits for a recall, nobody for a snapshot.

@@ -102,7 +102,7 @@ Status MeshReplica::Apply(const MeshDiff& diff) {
   }
   PLIANT_RETURN_IF_ERROR(CheckLists(diff));
   MarkLiveAfter(diff);
-  const Status status = CheckSound(diff);
+  Status status = CheckSound(diff);
   if (!status.ok()) {
     UnmarkLiveAfter(diff);
     return status;

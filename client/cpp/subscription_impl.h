@@ -19,7 +19,9 @@ namespace pliant::client {
 class Subscription::Impl {
  public:
   Impl(std::shared_ptr<Connection> connection, std::string session_id, SubscribeOptions options)
-      : connection_(std::move(connection)), session_id_(std::move(session_id)), options_(options) {}
+      : connection_(std::move(connection)),
+        session_id_(std::move(session_id)),
+        options_(std::move(options)) {}
   ~Impl();
 
   Result<MeshDiff> Next();

@@ -130,7 +130,7 @@ void Flood::LocateSeeds() {
     corners.push_back(triangles_[t].points);
     slots.push_back(static_cast<std::int32_t>(t));
   }
-  const TriangleLocator locator(domain_.points, std::move(corners));
+  const TriangleLocator locator(domain_.points, corners);
   const std::vector<std::int32_t> end_count = CountEnds(domain_);
   const auto locate = [&](Vec2 p) {
     Location at = locator.Locate(p, -1);
