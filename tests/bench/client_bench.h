@@ -16,6 +16,8 @@
 #include <vector>
 
 #include "client/cpp/client.h"
+#include "server/engine.h"
+#include "server/server.h"
 
 /// What the benchmarks of server and store have in common.
 namespace pliant::bench {
@@ -54,6 +56,24 @@ T Must(Result<T> result) {
 inline void Must(const Status& status) {
   if (!status.ok()) Must(Result<int>(status.error()));
 }
+
+/// A server in this process, of which only errors are heard.
+class BenchServer {
+ public:
+  explicit BenchServer(const server::Config& config)
+      : server_(Must(server::Server::Start(
+            config,
+            {.clock = &clock_, .log = &log_, .engine_factory = server::RemesherFactory()}))) {}
+
+  [[nodiscard]] client::Client Connect() const {
+    return Must(client::Client::Connect(server_->address()));
+  }
+
+ private:
+  const server::SystemClock clock_;
+  const server::Log log_{server::LogLevel::kError, server::LogFormat::kText};
+  std::unique_ptr<server::Server> server_;
+};
 
 inline json Percentiles(std::vector<double> seconds) {
   std::sort(seconds.begin(), seconds.end());

@@ -23,28 +23,16 @@
 namespace pliant::bench {
 namespace {
 
-class ServerRun {
- public:
-  explicit ServerRun(int workers) {
-    server::Config config;
-    config.listen = "127.0.0.1:0";
-    config.workers = workers;
-    server_ = Must(server::Server::Start(
-        config, {.clock = &clock_, .log = &log_, .engine_factory = server::RemesherFactory()}));
-  }
-  [[nodiscard]] client::Client Connect() const {
-    return Must(client::Client::Connect(server_->address()));
-  }
-
- private:
-  const server::SystemClock clock_;
-  const server::Log log_{server::LogLevel::kError, server::LogFormat::kText};
-  std::unique_ptr<server::Server> server_;
-};
+BenchServer ServerWith(int workers) {
+  server::Config config;
+  config.listen = "127.0.0.1:0";
+  config.workers = workers;
+  return BenchServer(config);
+}
 
 /// Updates of a small session on an idle server, and beside a large one that converges.
 json Fairness(int workers, double large_nodes, int updates) {
-  const ServerRun run(workers);
+  const BenchServer run = ServerWith(workers);
   client::Client client = run.Connect();
   DiscSession small(client, 1'000, 0.5);
   const auto measure = [&](int count, const std::atomic<bool>* until) {
@@ -79,7 +67,7 @@ json Fairness(int workers, double large_nodes, int updates) {
 
 /// Many sessions, each updated once a second by a few client threads.
 json Sessions(int workers, int count, int seconds, int threads) {
-  const ServerRun run(workers);
+  const BenchServer run = ServerWith(workers);
   std::vector<std::unique_ptr<DiscSession>> sessions(static_cast<std::size_t>(count));
   std::vector<client::Client> clients;
   for (int t = 0; t < threads; ++t) clients.push_back(run.Connect());
@@ -132,7 +120,7 @@ json Sessions(int workers, int count, int seconds, int threads) {
 /// End to end to the applied replica, in turns with the same updates in this process, which give
 /// the same bits.
 json Overhead(int workers, double nodes, int updates) {
-  const ServerRun run(workers);
+  const BenchServer run = ServerWith(workers);
   client::Client client = run.Connect();
   DiscSession session(client, nodes, 0.01);
   const auto twin = Must(Remesher::Create(Square(), Uniform(SizeFor(nodes)), {}));

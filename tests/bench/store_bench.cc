@@ -35,25 +35,13 @@ using client::Durability;
 /// Records that one update leaves in the journal: the tensors, the commit, its answer.
 constexpr double kRecordsPerUpdate = 3;
 
-class StoreServer {
- public:
-  StoreServer(const std::string& folder, int workers) {
-    server::Config config;
-    config.listen = "unix:" + folder + "/socket";
-    config.data = folder + "/data";
-    config.workers = workers;
-    server_ = Must(server::Server::Start(
-        config, {.clock = &clock_, .log = &log_, .engine_factory = server::RemesherFactory()}));
-  }
-  [[nodiscard]] client::Client Connect() const {
-    return Must(client::Client::Connect(server_->address()));
-  }
-
- private:
-  const server::SystemClock clock_;
-  const server::Log log_{server::LogLevel::kError, server::LogFormat::kText};
-  std::unique_ptr<server::Server> server_;
-};
+BenchServer ServerOn(const std::string& folder, int workers) {
+  server::Config config;
+  config.listen = "unix:" + folder + "/socket";
+  config.data = folder + "/data";
+  config.workers = workers;
+  return BenchServer(config);
+}
 
 client::SessionSettings Settings(const std::string& id, Durability durability) {
   client::SessionSettings settings;
@@ -100,7 +88,7 @@ json Strict(int workers, double nodes, int updates) {
   std::vector<double> syncs;
   json result;
   {
-    const StoreServer run(folder.path(), workers);
+    const BenchServer run = ServerOn(folder.path(), workers);
     client::Client client = run.Connect();
     DiscSession durable(client, nodes, 0.01, Settings("strict", Durability::kStrict));
     DiscSession forgetful(client, nodes, 0.01, Settings("none", Durability::kNone));
@@ -148,7 +136,7 @@ void MakeLarge(const std::string& folder, double nodes, int updates) {
   const double share = 100 / nodes;
   // A journal that has outgrown its input is replaced by a snapshot, at the server's end at last.
   do {
-    const StoreServer run(folder, 2);
+    const BenchServer run = ServerOn(folder, 2);
     client::Client client = run.Connect();
     if (Must(client.ListSessions()).empty()) {
       DiscSession made(client, nodes, share, Settings("large", Durability::kStrict));
@@ -157,7 +145,7 @@ void MakeLarge(const std::string& folder, double nodes, int updates) {
       DiscSession(nodes, share, Must(client.OpenSession("large"))).Update();
     }
   } while (HeadOf(folder, "large").snapshot_number == 0);
-  const StoreServer run(folder, 2);
+  const BenchServer run = ServerOn(folder, 2);
   client::Client client = run.Connect();
   DiscSession session(nodes, share, Must(client.OpenSession("large")));
   for (int i = 0; i < updates; ++i) session.Update();
