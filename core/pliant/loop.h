@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <span>
 #include <vector>
@@ -90,6 +91,13 @@ class PliantLoop {
   /// @pre the field answers any number of threads at once
   void WakeAll(const MetricField& field, Executor& executor);
 
+  /// Halves long edges in bulk where the metric has become much finer: one visit of the loop splits
+  /// one edge, and a lattice that is torn open in this way takes nine visits for each new node to
+  /// become one again. Where all edges of a lattice are halved at once it stays one.
+  /// @param nodes  woken since BeginUpdate, because their metric changed
+  /// @par Cost of what is halved, some milliseconds at most
+  void HalveLongEdges(const MetricField& field, std::vector<VertexId> nodes);
+
   /// Visits a node again though nothing about it has changed: it starts at the age of a neighbour
   /// that an update reaches.
   void Revisit(VertexId node) { Push(node, 0); }
@@ -169,6 +177,13 @@ class PliantLoop {
   }
   void Enter(VertexId node, int hop);
   void PushRing(const Star& star, int hop);
+
+  /// One round of HalveLongEdges. @return the new nodes, at most `count`, which are awake
+  std::vector<VertexId> HalveOnce(const MetricField& field, std::span<const VertexId> nodes,
+                                  std::size_t count);
+  [[nodiscard]] bool IsLarge(const std::array<VertexId, 3>& corners) const;
+  /// Whether this update has changed the node's metric or geometry, and not visited it yet.
+  [[nodiscard]] bool IsAwakeAnew(VertexId node) const;
 
   void VisitNode(const MetricField& field, VertexId node);
   /// VisitNode under the eyes of a VisitAudit.

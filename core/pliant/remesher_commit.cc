@@ -67,6 +67,7 @@ MeshDiff Remesher::Impl::CommitMesh() {
   previous_ = std::move(committed_);
   committed_ = {followed_.state(), loop_.Save(), nullptr};
   domain_replaced_ = false;
+  rewoken_.clear();
   return diff;
 }
 
@@ -109,6 +110,7 @@ void Remesher::Impl::GoOnAsCommitted() {
   options_ = committed_.loop.options;
   followed_.SetTolerance(options_.metric_tolerance);
   frozen_.reset();
+  rewoken_.clear();
   domain_replaced_ = false;
 }
 

@@ -87,6 +87,7 @@ class Remesher::Impl {
   Status LetMetricFollow();
   Status LimitAgain();
   void Apply(WantedTensors wanted);
+  void HalveLongEdges();
 
   MeshDiff CommitMesh();
   void SettleMetric();
@@ -105,6 +106,7 @@ class Remesher::Impl {
   std::optional<FrozenElements> frozen_;  // Absent: to be looked up in the mesh.
   bool domain_replaced_ = false;          // Since the last commit.
   std::vector<VertexId> carriers_;        // Their tensors are not in the followed field yet.
+  std::vector<VertexId> rewoken_;         // Whose tensors have changed since the last step.
   std::optional<NestedBuild> nested_;     // While the first mesh is built from coarse to fine.
   Revision revision_ = Revision::kNone;
   Committed committed_;

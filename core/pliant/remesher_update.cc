@@ -161,6 +161,7 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   Progress progress;
   for (;;) {
+    HalveLongEdges();
     const std::int64_t visits_before = loop_.counts().visits;
     progress.stop_reason =
         nested_ ? nested_->Run(budget, helpers_) : loop_.Run(followed_.field(), budget);
@@ -181,6 +182,13 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
   // The first commit closes gaps in the numbering.
   if (revision_ == Revision::kNone) progress.metric.worst = VertexId();
   return progress;
+}
+
+/// Not before a step: until then a request may name vertices of the last revision, and all of them.
+void Remesher::Impl::HalveLongEdges() {
+  std::vector<VertexId> nodes = std::exchange(rewoken_, {});
+  if (revision_ == Revision::kNone || nodes.empty()) return;
+  loop_.HalveLongEdges(followed_.field(), std::move(nodes));
 }
 
 std::vector<Trouble> Remesher::Impl::FindTroubles() const {
@@ -242,6 +250,7 @@ void Remesher::Impl::Apply(WantedTensors wanted) {
     if (!followed_.Differs(mesh_.metric(wanted.vertices[i]), wanted.tensors[i])) continue;
     edit_.SetMetric(wanted.vertices[i], wanted.tensors[i]);
     loop_.Wake(wanted.vertices[i]);
+    rewoken_.push_back(wanted.vertices[i]);
   }
   for (const VertexId vertex : disturbed) loop_.Wake(vertex);
 }

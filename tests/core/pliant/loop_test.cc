@@ -181,5 +181,54 @@ TEST(PliantLoop, HopsBoundTheReachOfAnUpdate) {
   }
 }
 
+// Goal: where a metric becomes twice as fine everywhere, nodes come in bulk between those of the
+// lattice, which stays one. Method: one update with HalveLongEdges and one without; both must end,
+// with a valid mesh of as many nodes, the first with less than half of the visits.
+TEST(PliantLoop, HalvingSavesMostVisitsWhereTheMetricBecomesTwiceAsFine) {
+  std::int64_t visits[2] = {};
+  std::int32_t nodes[2] = {};
+  for (const bool halves : {false, true}) {
+    Session session(testing::DiscCase(1'000, testing::DiscState::kOff), {});
+    session.loop.Run(*session.field, {});
+    const std::int32_t before = session.made->mesh.vertex_count();
+    session.field = std::move(testing::DiscCase(4'000, testing::DiscState::kOff).field);
+    session.loop.BeginUpdate(SettingsOf({}));
+    session.loop.ResetCounts();
+    session.WakeAll();
+    if (halves) {
+      session.loop.HalveLongEdges(*session.field, testing::LiveVertices(session.made->mesh));
+      EXPECT_GT(session.made->mesh.vertex_count(), 3.7 * before);
+      EXPECT_EQ(session.loop.counts().insertions, session.made->mesh.vertex_count() - before);
+      EXPECT_EQ(Faults(session.made->mesh), "");
+    }
+    EXPECT_EQ(session.loop.Run(*session.field, {}), StopReason::kConverged);
+    EXPECT_EQ(Faults(session.made->mesh), "");
+    visits[halves ? 1 : 0] = session.loop.counts().visits;
+    nodes[halves ? 1 : 0] = session.made->mesh.vertex_count();
+  }
+  EXPECT_LT(2 * visits[1], visits[0]);
+  EXPECT_NEAR(nodes[1], nodes[0], 0.02 * nodes[0]);
+}
+
+// Goal: halving keeps to what bounds the loop. Method: a vertex limit just above the mesh, and
+// permissions without insertion.
+TEST(PliantLoop, HalvingKeepsToTheVertexLimitAndToPermissions) {
+  for (const bool may_insert : {true, false}) {
+    Options options;
+    Session session(testing::DiscCase(500, testing::DiscState::kOff), options);
+    session.loop.Run(*session.field, {});
+    const std::int32_t before = session.made->mesh.vertex_count();
+    options.permissions.insert = may_insert;
+    options.vertices_max = before + 100;
+    session.loop.SetOptions(options);
+    session.field = std::move(testing::DiscCase(2'000, testing::DiscState::kOff).field);
+    session.loop.BeginUpdate(SettingsOf(options));
+    session.WakeAll();
+    session.loop.HalveLongEdges(*session.field, testing::LiveVertices(session.made->mesh));
+    EXPECT_EQ(session.made->mesh.vertex_count(), before + (may_insert ? 100 : 0));
+    EXPECT_EQ(Faults(session.made->mesh), "");
+  }
+}
+
 }  // namespace
 }  // namespace pliant
