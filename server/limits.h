@@ -77,6 +77,13 @@ inline constexpr std::int64_t kCommitIntervalMsMin = 10;
 /// Time that a session computes before the next one gets its turn, in ms: a small update waits for
 /// at most this per busy session and worker, and switching costs nothing beside it.
 inline constexpr std::int64_t kSliceMs = 2;
+/// A worker that has not ended its slice after so long, in ms, is replaced until it does: work that
+/// cannot be cut, such as a commit of a large mesh, must not hold up small sessions; shorter ones
+/// are not worth a switch of threads.
+inline constexpr std::int64_t kHandOffMs = 4 * kSliceMs;
+/// Workers that may be away at once: so many stretches of large meshes share the cores and the
+/// memory, and more wait. A spare thread costs its stack.
+inline constexpr std::size_t kSpareWorkersMax = 16;
 /// Visits between two looks at the clock: about half a slice at a microsecond a visit.
 inline constexpr std::int64_t kVisitsPerStep = 1000;
 /// Commands that a session handles before the next one gets its turn, however quick they are.

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <condition_variable>
+#include <cstddef>
 #include <deque>
 #include <memory>
 #include <mutex>
@@ -29,12 +30,17 @@ class Task {
   State state_ = State::kIdle;  // Guarded by the scheduler's mutex.
 };
 
-/// Gives tasks time slices on a fixed pool of workers, each in its turn: whoever wakes up or used
+/// Gives tasks time slices on a pool of workers, each in its turn: whoever wakes up or used
 /// up a slice goes to the end of one queue. So with b busy tasks and w workers a task that wakes
 /// waits for at most ceil(b / w) slices, however much the busy ones have left to do.
 ///
+/// A slice that does not end, because its task is in work that cannot be cut, keeps nobody waiting
+/// for longer than kHandOffMs: then another thread takes the worker's place in the queue until it
+/// is back, and the operating system shares the cores among them.
+///
 /// *Invariants*: a task is in the queue at most once, and run by at most one worker; a Wake during
-/// a slice leads to another one.
+/// a slice leads to another one. At most worker_count slices run that are not overdue, and at most
+/// kSpareWorkersMax that are.
 /// *Threads*: all functions from any thread; `mutex_` is a leaf lock: no task runs under it.
 class Scheduler {
  public:
@@ -56,15 +62,33 @@ class Scheduler {
   void Stop();
 
  private:
+  // A slice that runs; lives on its worker's stack.
+  struct Slice {
+    Clock::Time begin;
+    bool replaced = false;  // Another thread has the worker's place.
+  };
+
   void Work();
-  void RunSliceOf(const std::shared_ptr<Task>& task);
+  // Both are called with the lock, and let go of it while the task runs.
+  void RunFront(std::unique_lock<std::mutex>& lock);
+  Task::Outcome RunUnlocked(std::unique_lock<std::mutex>& lock, Task& task, Clock::Time begin);
+  void Watch();
+  [[nodiscard]] bool MayHandOff() const;
+  void HandOff(Slice& slice);
+  void CallWatch();
 
   const Clock& clock_;
-  std::mutex mutex_;  // Guards queue_, stopping_ and every Task::state_.
+  const std::size_t worker_count_;
+  std::mutex mutex_;  // Guards all that follows and every Task::state_.
   std::condition_variable wake_;
+  std::condition_variable watch_;
   std::deque<std::shared_ptr<Task>> queue_;
+  std::vector<Slice*> slices_;
+  std::size_t replaced_count_ = 0;  // Of `slices_`; the others hold a worker's place.
+  bool watch_sleeps_ = false;
   bool stopping_ = false;
-  std::vector<std::thread> workers_;
+  std::vector<std::thread> workers_;  // The spare ones too, which are made when one is needed.
+  std::thread watcher_;
 };
 
 }  // namespace pliant::server

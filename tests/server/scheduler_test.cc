@@ -4,10 +4,10 @@
 
 #include <atomic>
 #include <chrono>
-#include <condition_variable>
+#include <latch>
 #include <memory>
-#include <mutex>
 #include <thread>
+#include <utility>
 #include <vector>
 
 #include "server/limits.h"
@@ -141,6 +141,114 @@ TEST(Scheduler, NeverRunsATaskOnTwoWorkers) {
   while (task->slice_count <= before) std::this_thread::yield();
   scheduler.Stop();
   EXPECT_FALSE(task->overlapped);
+}
+
+// Is in one stretch until it is let go.
+class BlockingTask final : public Task {
+ public:
+  explicit BlockingTask(std::shared_ptr<std::latch> release) : release_(std::move(release)) {}
+  Outcome RunSlice(Clock::Time) override {
+    begun.count_down();
+    release_->wait();
+    return Outcome::kIdle;
+  }
+  std::latch begun{1};
+
+ private:
+  std::shared_ptr<std::latch> release_;  // Shared: who waits outlives who lets go.
+};
+
+class CountingTask final : public Task {
+ public:
+  Outcome RunSlice(Clock::Time) override {
+    ++slice_count;
+    done.count_down();
+    return Outcome::kIdle;
+  }
+  std::atomic<int> slice_count = 0;
+  std::latch done{1};
+};
+
+// Goal: no task waits for another's stretch that cannot be cut, also where all workers are in one.
+// Method: the stretches end only after the others had their slices, so this ends only if the
+// workers were replaced. Twice, for the spare workers of the first time serve again.
+TEST(Scheduler, ReplacesWorkersThatDoNotComeBack) {
+  const SystemClock clock;
+  Scheduler scheduler(2, clock);
+  for (int round = 0; round < 2; ++round) {
+    const auto release = std::make_shared<std::latch>(1);
+    std::vector<std::shared_ptr<BlockingTask>> stretches;
+    for (int i = 0; i < 3; ++i) {
+      stretches.push_back(std::make_shared<BlockingTask>(release));
+      scheduler.Wake(stretches.back());
+    }
+    const auto small = std::make_shared<CountingTask>();
+    scheduler.Wake(small);
+    small->done.wait();
+    for (const auto& stretch : stretches) stretch->begun.wait();
+    release->count_down();
+  }
+}
+
+// Goal: the number of spare workers is bounded; what is beyond the bound waits and is not lost.
+// Method: as many stretches as may run at once, all of which begin, and one more task. It cannot
+// have had a slice before one of them has ended, whenever one looks; then it gets one.
+TEST(Scheduler, HasNoMoreSparesThanItsBound) {
+  const SystemClock clock;
+  Scheduler scheduler(1, clock);
+  const auto release = std::make_shared<std::latch>(1);
+  std::vector<std::shared_ptr<BlockingTask>> stretches;
+  for (std::size_t i = 0; i < 1 + kSpareWorkersMax; ++i) {
+    stretches.push_back(std::make_shared<BlockingTask>(release));
+    scheduler.Wake(stretches.back());
+  }
+  for (const auto& stretch : stretches) stretch->begun.wait();
+  const auto beyond = std::make_shared<CountingTask>();
+  scheduler.Wake(beyond);
+  const auto until = clock.Now() + milliseconds(3 * kHandOffMs);
+  while (clock.Now() < until) std::this_thread::yield();
+  EXPECT_EQ(beyond->slice_count, 0);
+  release->count_down();
+  beyond->done.wait();
+}
+
+// Goal: a slice that is merely long takes nobody's place while nobody waits, and no more than
+// worker_count slices run that are not overdue.
+// Method: tasks that are never overdue, for the clock stands still, on two workers.
+TEST(Scheduler, RunsNoMoreSlicesAtOnceThanWorkersWhileNoneIsOverdue) {
+  class Crowd final : public Task {
+   public:
+    Crowd(std::atomic<int>* inside, std::atomic<int>* most) : inside_(inside), most_(most) {}
+    Outcome RunSlice(Clock::Time) override {
+      const int now = ++*inside_;
+      int known = *most_;
+      while (known < now && !most_->compare_exchange_weak(known, now)) {
+      }
+      for (int i = 0; i < 100; ++i) std::this_thread::yield();
+      --*inside_;
+      done = ++slice_count_ == 50;
+      return done ? Outcome::kIdle : Outcome::kMore;
+    }
+    std::atomic<bool> done = false;
+
+   private:
+    std::atomic<int>* inside_;
+    std::atomic<int>* most_;
+    int slice_count_ = 0;
+  };
+  const ManualClock clock;
+  Scheduler scheduler(2, clock);
+  std::atomic<int> inside = 0;
+  std::atomic<int> most = 0;
+  std::vector<std::shared_ptr<Crowd>> crowd;
+  for (int i = 0; i < 8; ++i) {
+    crowd.push_back(std::make_shared<Crowd>(&inside, &most));
+    scheduler.Wake(crowd.back());
+  }
+  for (const auto& task : crowd) {
+    while (!task->done) std::this_thread::yield();
+  }
+  EXPECT_LE(most, 2);
 }
 
 TEST(Scheduler, ForgetsWhatIsQueuedWhenItStops) {
