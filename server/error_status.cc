@@ -1,7 +1,6 @@
 #include "server/error_status.h"
 
 #include "core/base/check.h"
-#include "core/base/job_codes.h"
 
 namespace pliant::server {
 namespace {
@@ -64,9 +63,6 @@ v1::ErrorDetail ToErrorDetail(const Error& error) {
 }
 
 grpc::StatusCode StatusCodeOf(ErrorCode code) {
-  if (code == kJobNotFound) return grpc::StatusCode::NOT_FOUND;
-  if (code == kJobExists) return grpc::StatusCode::ALREADY_EXISTS;
-  if (code == kJobNotDone) return grpc::StatusCode::FAILED_PRECONDITION;
   switch (code) {
     case ErrorCode::kArrayLength:
     case ErrorCode::kArrayType:
@@ -100,13 +96,16 @@ grpc::StatusCode StatusCodeOf(ErrorCode code) {
     case ErrorCode::kSessionNotFound:
     case ErrorCode::kRevisionNotFound:
     case ErrorCode::kFileNotFound:
+    case ErrorCode::kJobNotFound:
       return grpc::StatusCode::NOT_FOUND;
     case ErrorCode::kSessionExists:
+    case ErrorCode::kJobExists:
       return grpc::StatusCode::ALREADY_EXISTS;
     case ErrorCode::kProtocolOrder:
     case ErrorCode::kUpdateRejected:
     case ErrorCode::kFrozen:
     case ErrorCode::kRevisionMismatch:
+    case ErrorCode::kJobNotDone:
     case ErrorCode::kFileUnreadable:
     case ErrorCode::kFileUnwritable:
     case ErrorCode::kDataVersion:

@@ -67,7 +67,7 @@ std::string JobText(const client::JobInfo& job) {
 Status JobStatus(const client::JobInfo& job) {
   if (job.state == client::JobState::kDone) return {};
   if (job.error) return *job.error;
-  return Error{kJobNotDone, "job " + job.job_id + " is " + JobStateName(job.state), {}};
+  return Error{ErrorCode::kJobNotDone, "job " + job.job_id + " is " + JobStateName(job.state), {}};
 }
 
 }  // namespace pliant::cli

@@ -4,7 +4,6 @@
 
 #include "client/cli/report.h"
 #include "client/cpp/job_types.h"
-#include "core/base/job_codes.h"
 #include "core/base/result.h"
 
 namespace pliant::cli {

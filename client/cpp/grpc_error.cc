@@ -2,8 +2,6 @@
 
 #include <string>
 
-#include "core/base/job_codes.h"
-
 namespace pliant::client {
 namespace {
 
@@ -48,9 +46,6 @@ std::string Sentence(const grpc::Status& status, ErrorCode code) {
 }  // namespace
 
 ErrorCode ErrorCodeFromName(std::string_view name, ErrorCode fallback) {
-  for (const ErrorCode code : {kJobNotFound, kJobExists, kJobNotDone}) {
-    if (ErrorCodeName(code) == name) return code;
-  }
   for (int i = 0; i <= static_cast<int>(ErrorCode::kInternal); ++i) {
     const auto code = static_cast<ErrorCode>(i);
     if (ErrorCodeName(code) == name) return code;

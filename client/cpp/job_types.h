@@ -7,7 +7,6 @@
 #include <string>
 
 #include "client/cpp/types.h"
-#include "core/base/job_codes.h"
 #include "core/base/result.h"
 #include "core/pliant/options.h"
 #include "core/pliant/quality.h"

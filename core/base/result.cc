@@ -1,13 +1,8 @@
 #include "core/base/result.h"
 
-#include "core/base/job_codes.h"
-
 namespace pliant {
 
 std::string_view ErrorCodeName(ErrorCode code) {
-  if (code == kJobNotFound) return "JOB_NOT_FOUND";
-  if (code == kJobExists) return "JOB_EXISTS";
-  if (code == kJobNotDone) return "JOB_NOT_DONE";
   switch (code) {
 #define PLIANT_CASE(constant, name) \
   case ErrorCode::constant:         \
@@ -54,6 +49,9 @@ std::string_view ErrorCodeName(ErrorCode code) {
     PLIANT_CASE(kProtocolOrder, "PROTOCOL_ORDER");
     PLIANT_CASE(kUpdateRejected, "UPDATE_REJECTED");
     PLIANT_CASE(kFrozen, "FROZEN");
+    PLIANT_CASE(kJobNotFound, "JOB_NOT_FOUND");
+    PLIANT_CASE(kJobExists, "JOB_EXISTS");
+    PLIANT_CASE(kJobNotDone, "JOB_NOT_DONE");
     PLIANT_CASE(kResourceExhausted, "RESOURCE_EXHAUSTED");
     PLIANT_CASE(kCancelled, "CANCELLED");
     PLIANT_CASE(kDeadlineExceeded, "DEADLINE_EXCEEDED");

@@ -63,6 +63,11 @@ enum class ErrorCode {
   kProtocolOrder,   ///< A message came where the protocol does not allow it.
   kUpdateRejected,  ///< An update that this advance was to commit was refused.
   kFrozen,          ///< A constraint keeps what the request would change.
+  // Jobs.
+  kJobNotFound,  ///< None of that id, or expired.
+  kJobExists,    ///< The wished id is taken.
+  kJobNotDone,   ///< It has no mesh (yet).
+  // Any call.
   kResourceExhausted,
   kCancelled,
   kDeadlineExceeded,

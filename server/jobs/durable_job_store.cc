@@ -28,15 +28,16 @@ Clock::WallTime TimeOf(std::int64_t ns) {
 
 // The store speaks of sessions whatever a document is.
 Error Named(Error error) {
-  if (error.code == ErrorCode::kSessionNotFound) error.code = kJobNotFound;
-  if (error.code == ErrorCode::kSessionExists) error.code = kJobExists;
+  if (error.code == ErrorCode::kSessionNotFound) error.code = ErrorCode::kJobNotFound;
+  if (error.code == ErrorCode::kSessionExists) error.code = ErrorCode::kJobExists;
   return error;
 }
 
 Status Named(const Status& status) { return status.ok() ? status : Status(Named(status.error())); }
 
 Error NotFound(const JobKey& key, const std::string& what) {
-  return {kJobNotFound, "job '" + key.job_id + "' has no " + what + " any more", "job_id"};
+  return {ErrorCode::kJobNotFound, "job '" + key.job_id + "' has no " + what + " any more",
+          "job_id"};
 }
 
 // How a job ended, with its mesh.
@@ -101,7 +102,7 @@ void DurableJobStore::Delete(const JobKey& key, Done done) {
   const Result<Epoch> epoch = EpochOf(key);
   Forget(key);
   if (!epoch.ok()) {
-    done(epoch.error().code == kJobNotFound ? Status() : Status(epoch.error()));
+    done(epoch.error().code == ErrorCode::kJobNotFound ? Status() : Status(epoch.error()));
     return;
   }
   store_.Delete(KeyOf(key), *epoch, [done = std::move(done)](const Status& status) {

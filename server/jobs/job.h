@@ -9,7 +9,7 @@
 #include <string>
 
 #include "core/base/bytes.h"
-#include "core/base/job_codes.h"
+#include "core/base/result.h"
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
 #include "server/clock.h"

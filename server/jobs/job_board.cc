@@ -39,7 +39,7 @@ JobBoard::JobBoard(const Bounds& bounds, std::uint64_t seed, const Clock& clock)
 Result<JobInfo> JobBoard::Reserve(const JobDraft& draft) {
   const std::lock_guard lock(mutex_);
   if (!draft.key.job_id.empty() && numbers_.contains(draft.key)) {
-    return Error{kJobExists, "a job " + draft.key.job_id + " exists already", "job_id"};
+    return Error{ErrorCode::kJobExists, "a job " + draft.key.job_id + " exists already", "job_id"};
   }
   PLIANT_RETURN_IF_ERROR(CheckRoom(draft));
   JobInfo info{.key = draft.key,
@@ -211,7 +211,7 @@ const JobBoard::Entry* JobBoard::FindSeen(const JobKey& key) const {
 Result<JobInfo> JobBoard::Find(const JobKey& key) const {
   const std::lock_guard lock(mutex_);
   if (const Entry* entry = FindSeen(key)) return entry->info;
-  return Error{kJobNotFound, "there is no job '" + key.job_id + "'; its time may be over",
+  return Error{ErrorCode::kJobNotFound, "there is no job '" + key.job_id + "'; its time may be over",
                "job_id"};
 }
 
@@ -236,7 +236,7 @@ JobBoard::Page JobBoard::List(const std::string& tenant, std::int64_t before,
 Result<JobBoard::Cancelled> JobBoard::Cancel(const JobKey& key) {
   const std::lock_guard lock(mutex_);
   if (FindSeen(key) == nullptr) {
-    return Error{kJobNotFound, "there is no job '" + key.job_id + "'; its time may be over",
+    return Error{ErrorCode::kJobNotFound, "there is no job '" + key.job_id + "'; its time may be over",
                  "job_id"};
   }
   Entry& entry = entries_.at(numbers_.at(key));

@@ -134,7 +134,7 @@ void Jobs::Fetch(const JobKey& key, MeshDone done) {
     return;
   }
   if (info->state != JobState::kDone) {
-    done(Error{kJobNotDone,
+    done(Error{ErrorCode::kJobNotDone,
                "job " + key.job_id + " is " + StateName(info->state) +
                    "; only a job that is done has a mesh, and GetJob says more",
                "job_id"});

@@ -7,7 +7,8 @@ namespace pliant::server {
 namespace {
 
 Error NotFound(const JobKey& key, const std::string& what) {
-  return {kJobNotFound, "job '" + key.job_id + "' has no " + what + " any more", "job_id"};
+  return {ErrorCode::kJobNotFound, "job '" + key.job_id + "' has no " + what + " any more",
+          "job_id"};
 }
 
 }  // namespace

@@ -5,8 +5,6 @@
 #include <map>
 #include <string>
 
-#include "core/base/job_codes.h"
-
 namespace pliant::server {
 namespace {
 
@@ -17,9 +15,9 @@ TEST(ErrorStatus, MapsCausesAsTheReadmeSays) {
       {ErrorCode::kArrayType, grpc::StatusCode::INVALID_ARGUMENT},
       {ErrorCode::kSessionNotFound, grpc::StatusCode::NOT_FOUND},
       {ErrorCode::kRevisionNotFound, grpc::StatusCode::NOT_FOUND},
-      {kJobNotFound, grpc::StatusCode::NOT_FOUND},
-      {kJobExists, grpc::StatusCode::ALREADY_EXISTS},
-      {kJobNotDone, grpc::StatusCode::FAILED_PRECONDITION},
+      {ErrorCode::kJobNotFound, grpc::StatusCode::NOT_FOUND},
+      {ErrorCode::kJobExists, grpc::StatusCode::ALREADY_EXISTS},
+      {ErrorCode::kJobNotDone, grpc::StatusCode::FAILED_PRECONDITION},
       {ErrorCode::kSessionExists, grpc::StatusCode::ALREADY_EXISTS},
       {ErrorCode::kProtocolOrder, grpc::StatusCode::FAILED_PRECONDITION},
       {ErrorCode::kUpdateRejected, grpc::StatusCode::FAILED_PRECONDITION},

@@ -49,7 +49,7 @@ TEST(JobReport, GivesAnEndWithoutMeshAsAnError) {
   EXPECT_EQ(JobJson(failed)["error"]["code"], "OPEN_LOOP");
   EXPECT_EQ(JobJson(failed)["error"]["index"], 4);
   EXPECT_NE(JobText(failed).find("OPEN_LOOP at domain.segments[4]"), std::string::npos);
-  EXPECT_EQ(JobStatus(Job(client::JobState::kCancelled)).error().code, kJobNotDone);
+  EXPECT_EQ(JobStatus(Job(client::JobState::kCancelled)).error().code, ErrorCode::kJobNotDone);
 }
 
 }  // namespace

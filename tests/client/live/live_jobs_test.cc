@@ -69,14 +69,15 @@ TEST_F(LiveJobs, TellWhatWasWrongWithTheirInput) {
   ASSERT_EQ(failed.state, JobState::kFailed);
   EXPECT_EQ(failed.error->code, ErrorCode::kCrossingSegments);
   EXPECT_EQ(failed.error->index, 0);
-  EXPECT_EQ(client_.FetchResult(job.job_id).error().code, kJobNotDone);
-  EXPECT_EQ(client_.GetJob("nobody").error().code, kJobNotFound);
+  EXPECT_EQ(client_.FetchResult(job.job_id).error().code, ErrorCode::kJobNotDone);
+  EXPECT_EQ(client_.GetJob("nobody").error().code, ErrorCode::kJobNotFound);
 }
 
 TEST_F(LiveJobs, AreListedAndCancelled) {
   ASSERT_TRUE(client_.SubmitJob(Square(), Size(kEndless), {.job_id = "a"}).ok());
   ASSERT_TRUE(client_.SubmitJob(Square(), Size(kEndless), {.job_id = "b"}).ok());
-  EXPECT_EQ(client_.SubmitJob(Square(), Size("1"), {.job_id = "b"}).error().code, kJobExists);
+  EXPECT_EQ(client_.SubmitJob(Square(), Size("1"), {.job_id = "b"}).error().code,
+            ErrorCode::kJobExists);
   const std::vector<JobInfo> jobs = client_.ListJobs().value();
   ASSERT_EQ(jobs.size(), 2U);
   EXPECT_EQ(jobs[0].job_id, "b") << "the newest first";

@@ -79,7 +79,7 @@ TEST_F(DurableJobStoreTest, FindsAWaitingJobAfterARestart) {
   EXPECT_EQ(jobs[0].create_time, SomeJob().create_time);
   EXPECT_FALSE(jobs[0].end_time.has_value());
   EXPECT_EQ(TextOf(*jobs_->LoadInput(jobs[0].key).value()), "input");
-  EXPECT_EQ(jobs_->LoadMesh(jobs[0].key).error().code, kJobNotFound);
+  EXPECT_EQ(jobs_->LoadMesh(jobs[0].key).error().code, ErrorCode::kJobNotFound);
 }
 
 TEST_F(DurableJobStoreTest, FindsAnEndWithItsMeshAfterARestart) {
@@ -93,7 +93,7 @@ TEST_F(DurableJobStoreTest, FindsAnEndWithItsMeshAfterARestart) {
   EXPECT_EQ(job.end_time, Ended(SomeJob()).end_time);
   EXPECT_EQ(TextOf(*job.outcome), "good");
   EXPECT_EQ(TextOf(*jobs_->LoadMesh(job.key).value()), "mesh");
-  EXPECT_EQ(jobs_->LoadInput(job.key).error().code, kJobNotFound) << "it is dropped";
+  EXPECT_EQ(jobs_->LoadInput(job.key).error().code, ErrorCode::kJobNotFound) << "it is dropped";
   ASSERT_TRUE(Delete(job.key).ok());
   ASSERT_TRUE(Delete(job.key).ok()) << "twice is once";
   Restart();
@@ -102,7 +102,7 @@ TEST_F(DurableJobStoreTest, FindsAnEndWithItsMeshAfterARestart) {
 
 TEST_F(DurableJobStoreTest, RefusesAnIdThatIsTaken) {
   ASSERT_TRUE(Create(SomeJob()).ok());
-  EXPECT_EQ(Create(SomeJob(), "other").error().code, kJobExists);
+  EXPECT_EQ(Create(SomeJob(), "other").error().code, ErrorCode::kJobExists);
   EXPECT_EQ(TextOf(*jobs_->LoadInput(SomeJob().key).value()), "input");
   ASSERT_TRUE(Delete(SomeJob().key).ok());
   EXPECT_TRUE(Create(SomeJob(), "other").ok());

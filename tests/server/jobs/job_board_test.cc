@@ -109,8 +109,8 @@ TEST_F(JobBoardTest, HoldsAsManyJobsAsItMay) {
   // A withdrawn reservation leaves its room and its id to others.
   Use(bounds);
   const JobInfo reserved = board_->Reserve({.key = {"t", "a"}}).value();
-  EXPECT_EQ(board_->Reserve({.key = {"t", "a"}}).error().code, kJobExists);
-  EXPECT_EQ(board_->Find({"t", "a"}).error().code, kJobNotFound) << "not published";
+  EXPECT_EQ(board_->Reserve({.key = {"t", "a"}}).error().code, ErrorCode::kJobExists);
+  EXPECT_EQ(board_->Find({"t", "a"}).error().code, ErrorCode::kJobNotFound) << "not published";
   EXPECT_FALSE(board_->TakeNext().has_value());
   board_->Withdraw(reserved.number);
   Submit("a");
@@ -151,8 +151,8 @@ TEST_F(JobBoardTest, DropsAJobWhenItsTimeIsOverAndNotBefore) {
   EXPECT_TRUE(board_->TakeExpired().empty());
   EXPECT_EQ(StateOf("a"), JobState::kDone);
   clock_.Advance(milliseconds(1));
-  EXPECT_EQ(board_->Find({"t", "a"}).error().code, kJobNotFound) << "before the sweep";
-  EXPECT_EQ(board_->Cancel({"t", "a"}).error().code, kJobNotFound);
+  EXPECT_EQ(board_->Find({"t", "a"}).error().code, ErrorCode::kJobNotFound) << "before the sweep";
+  EXPECT_EQ(board_->Cancel({"t", "a"}).error().code, ErrorCode::kJobNotFound);
   EXPECT_THAT(Ids(board_->List("t", 0, 9)), ElementsAre("waits"));
   EXPECT_THAT(board_->TakeExpired(), ElementsAre(JobKey{"t", "a"}));
   EXPECT_TRUE(board_->TakeExpired().empty());

@@ -19,13 +19,13 @@ TEST(Jobs, RunsWhatIsSubmittedAndKeepsItsMesh) {
   EXPECT_EQ(submitted.state, JobState::kQueued);
   EXPECT_EQ(submitted.priority, 4);
   EXPECT_EQ(harness.Get("a").state, JobState::kRunning);
-  EXPECT_EQ(harness.Fetch("nobody").error().code, kJobNotFound);
+  EXPECT_EQ(harness.Fetch("nobody").error().code, ErrorCode::kJobNotFound);
   harness.RunAll();
   EXPECT_EQ(harness.Get("a").state, JobState::kDone);
   EXPECT_EQ(harness.Get("a").input_size, 0U);
   EXPECT_EQ(harness.OutcomeOf("a"), "revision 1 visits 10 active 0 troubles 1 vertices 3");
   EXPECT_EQ(harness.Fetch("a")->revision, Revision(1));
-  EXPECT_EQ(harness.Submit("a").error().code, kJobExists);
+  EXPECT_EQ(harness.Submit("a").error().code, ErrorCode::kJobExists);
 }
 
 TEST(Jobs, RunsOneAfterTheOtherByPriority) {
@@ -54,10 +54,10 @@ TEST(Jobs, RefusesMeshesOfJobsThatAreNotDone) {
       harness.jobs->Fetch({"t", id}, [&](const Result<MeshDiff>& m) { answer = m; });
       return answer.value();
     }();
-    EXPECT_EQ(mesh.error().code, kJobNotDone);
+    EXPECT_EQ(mesh.error().code, ErrorCode::kJobNotDone);
   }
   ASSERT_TRUE(harness.Cancel("waits").ok());
-  EXPECT_EQ(harness.Fetch("waits").error().code, kJobNotDone);
+  EXPECT_EQ(harness.Fetch("waits").error().code, ErrorCode::kJobNotDone);
 }
 
 TEST(Jobs, CancelsWhatWaitsAndWhatRuns) {
@@ -70,7 +70,7 @@ TEST(Jobs, CancelsWhatWaitsAndWhatRuns) {
   harness.RunAll();  // Ends: the loop has stopped.
   EXPECT_EQ(harness.Get("runs").state, JobState::kCancelled);
   EXPECT_EQ(harness.script->created_count, 1) << "what waited never began";
-  EXPECT_EQ(harness.Cancel("nobody").error().code, kJobNotFound);
+  EXPECT_EQ(harness.Cancel("nobody").error().code, ErrorCode::kJobNotFound);
   // The place is free.
   harness.script->visits_needed = 1;
   ASSERT_TRUE(harness.Submit("next").ok());
@@ -89,7 +89,7 @@ TEST(Jobs, ForgetsWhatHasExpiredInTheStoreToo) {
   EXPECT_EQ(harness.store.kept.List()->size(), 1U);
   harness.jobs->Sweep();
   EXPECT_TRUE(harness.store.kept.List()->empty()) << "without a call";
-  EXPECT_EQ(harness.jobs->Get({"t", "a"}).error().code, kJobNotFound);
+  EXPECT_EQ(harness.jobs->Get({"t", "a"}).error().code, ErrorCode::kJobNotFound);
   EXPECT_TRUE(harness.store.kept.List()->empty());
   ASSERT_TRUE(harness.Submit("a").ok());
 }
@@ -145,7 +145,7 @@ TEST(Jobs, AnswersASubmissionOnlyIfItIsStored) {
   JobHarness harness;
   harness.store.create_error = Error{ErrorCode::kResourceExhausted, "no space left", {}};
   EXPECT_EQ(harness.Submit("a").error().message, "no space left");
-  EXPECT_EQ(harness.jobs->Get({"t", "a"}).error().code, kJobNotFound);
+  EXPECT_EQ(harness.jobs->Get({"t", "a"}).error().code, ErrorCode::kJobNotFound);
   harness.store.create_error.reset();
   EXPECT_TRUE(harness.Submit("a").ok()) << "the id and the room are free";
 }
