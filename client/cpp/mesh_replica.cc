@@ -103,6 +103,8 @@ Status MeshReplica::Apply(const MeshDiff& diff) {
   PLIANT_RETURN_IF_ERROR(CheckLists(diff));
   MarkLiveAfter(diff);
   Status status = CheckSound(diff);
+  // Last: it takes memory for the slots that the diff names.
+  if (status.ok()) status = CountUses(diff);
   if (!status.ok()) {
     UnmarkLiveAfter(diff);
     return status;
@@ -251,6 +253,43 @@ MeshSummary MeshReplica::SummaryAfter(const MeshDiff& diff) const {
     after.state_hash += EdgeHash(diff.edge_ids[i], diff.edge_vertices[i], diff.edge_tags[i]);
   }
   return after;
+}
+
+/// Takes over how often each vertex is used, unless one that is removed is used still: then no hash
+/// would tell, for the server may have summed up the same.
+Status MeshReplica::CountUses(const MeshDiff& diff) {
+  AddUses(diff, 1);
+  for (std::size_t i = 0; i < diff.removed_vertices.size(); ++i) {
+    const VertexId id = diff.removed_vertices[i];
+    if (uses_[id.index()] == 0) continue;
+    AddUses(diff, -1);
+    return Mismatch("removed_vertices",
+                    "vertex slot " + Text(id.value()) +
+                        " is removed, but triangles or edges that stay have it as a corner",
+                    static_cast<std::int64_t>(i));
+  }
+  return {};
+}
+
+/// @param sign  1, or -1 to take that back.
+void MeshReplica::AddUses(const MeshDiff& diff, std::int32_t sign) {
+  if (!diff.vertex_ids.empty() && diff.vertex_ids.back().index() >= uses_.size()) {
+    uses_.resize(diff.vertex_ids.back().index() + 1);
+  }
+  const auto add = [&](const auto& row, std::int32_t count) {
+    for (const VertexId id : row) uses_[id.index()] += count;
+  };
+  const auto take_old = [&](const auto& slots, const auto& ids) {
+    for (const auto id : ids) {
+      if (slots.IsLive(id.value())) add(slots.rows[id.index()], -sign);
+    }
+  };
+  take_old(triangles_, diff.removed_triangles);
+  take_old(triangles_, diff.triangle_ids);
+  take_old(edges_, diff.removed_edges);
+  take_old(edges_, diff.edge_ids);
+  for (const auto& row : diff.triangle_vertices) add(row, sign);
+  for (const auto& row : diff.edge_vertices) add(row, sign);
 }
 
 void MeshReplica::Write(const MeshDiff& diff) {

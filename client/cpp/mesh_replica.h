@@ -32,8 +32,9 @@ struct CompactMesh {
 /// The client's copy of a session's mesh: plain arrays by slot that follow the server diff by diff.
 ///
 /// Every diff is checked in full before anything is written: that it starts at this revision, that
-/// it removes what lives and names vertices that live, and that counts and hash of the result are
-/// the server's. So a replica that says revision r holds the mesh of revision r, bit for bit.
+/// it removes what lives and names vertices that live, that no element is left with a corner that
+/// is removed, and that counts and hash of the result are the server's. So a replica that says
+/// revision r holds the mesh of revision r, bit for bit.
 ///
 /// *Invariants*: summary() is that of the arrays; corners and ends of live elements are live.
 /// *Threads*: one writer or any number of readers.
@@ -99,6 +100,8 @@ class MeshReplica {
   void UnmarkLiveAfter(const MeshDiff& diff);
   [[nodiscard]] Status CheckSound(const MeshDiff& diff) const;
   [[nodiscard]] Status CheckReferences(const MeshDiff& diff) const;
+  [[nodiscard]] Status CountUses(const MeshDiff& diff);
+  void AddUses(const MeshDiff& diff, std::int32_t sign);
   void Write(const MeshDiff& diff);
 
   Revision revision_ = Revision::kNone;
@@ -108,6 +111,8 @@ class MeshReplica {
   Slots<std::array<VertexId, 2>> edges_;
   /// Vertices that live, and while a diff is checked those that will, if it is taken.
   std::vector<std::uint8_t> live_after_;
+  /// By slot of a vertex: how many corners and ends of live elements it is.
+  std::vector<std::int32_t> uses_;
   std::vector<Metric> metrics_;
   std::vector<std::uint8_t> metric_known_;
 };

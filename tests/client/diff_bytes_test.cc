@@ -51,6 +51,25 @@ TEST(DiffBytes, TheCorpusIsTaken) {
   }
 }
 
+// Goal: a server that takes a vertex from under its triangles, and states the hash of that, is a
+// seed of the fuzzer, and breaks no replica.
+TEST(DiffBytes, ALyingServerBreaksNoReplica) {
+  wire::ColumnWriter columns([](v1::BlobChunk) { FAIL() << "the corpus is small"; });
+  const ModelMesh model = ModelChanger(/*seed=*/6).Next({}, 12);
+  std::vector<test::Piece> pieces;
+  v1::SubscribeResponse snapshot;
+  WriteElements(DiffOf({}, model), columns, *snapshot.mutable_snapshot());
+  pieces.push_back({.choice = 0, .bytes = snapshot.SerializeAsString()});
+  ModelMesh lie = model;
+  lie.revision = Revision{2};
+  lie.vertices.erase(lie.triangles.begin()->second.first[0]);
+  v1::SubscribeResponse diff;
+  WriteElements(DiffOf(model, lie), columns, *diff.mutable_diff());
+  pieces.push_back({.choice = 0, .bytes = diff.SerializeAsString()});
+  test::WriteSeed("diff_loses_a_corner", pieces);
+  EXPECT_EQ(test::TryDiffs(test::Join(pieces)), "");
+}
+
 TEST(DiffBytes, NothingBreaksAReplica) {
   const google::protobuf::LogSilencer silencer;
   const std::uint64_t first = test::FirstSeed();

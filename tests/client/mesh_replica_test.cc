@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/client/model_mesh.h"
 
 namespace pliant::client {
@@ -141,6 +143,42 @@ INSTANTIATE_TEST_SUITE_P(
                [](MeshDiff& d) { d.metric_vertex_ids.back() = VertexId(500); }},
         Damage{"MetricMissing", "metric.tensors", [](MeshDiff& d) { d.metrics.pop_back(); }}),
     [](const auto& info) { return info.param.name; });
+
+// Goal: a server that lies, hash and counts included, cannot take a vertex from under a triangle or
+// an edge; the same diff is taken once nothing uses the vertex.
+// Method: a model in which the vertex is gone and all else stays, so that its summary is the
+// diff's.
+TEST(MeshReplica, NoVertexGoesWhileSomethingUsesIt) {
+  for (const bool by_edge : {false, true}) {
+    SCOPED_TRACE(by_edge ? "an edge" : "a triangle");
+    Pair pair(/*seed=*/21);
+    ModelMesh next = pair.model;
+    next.revision = Revision{static_cast<std::int64_t>(next.revision) + 1};
+    const VertexId corner =
+        by_edge ? next.edges.begin()->second.first[1] : next.triangles.begin()->second.first[2];
+    const auto has_corner = [&](const auto& element) {
+      return std::ranges::count(element.second.first, corner) > 0;
+    };
+    // Of both kinds only one uses it.
+    if (by_edge) {
+      std::erase_if(next.triangles, has_corner);
+    } else {
+      std::erase_if(next.edges, has_corner);
+    }
+    next.vertices.erase(corner);
+    const Status status = pair.replica.Apply(DiffOf(pair.model, next));
+    ASSERT_FALSE(status.ok());
+    EXPECT_EQ(status.error().code, ErrorCode::kReplicaMismatch);
+    EXPECT_EQ(status.error().field, "removed_vertices");
+    EXPECT_EQ(status.error().index, 0);
+    ExpectSame(pair.replica, pair.model);
+
+    std::erase_if(next.triangles, has_corner);
+    std::erase_if(next.edges, has_corner);
+    ASSERT_TRUE(pair.replica.Apply(DiffOf(pair.model, next)).ok());
+    ExpectSame(pair.replica, next);
+  }
+}
 
 // Goal: a diff that names a slot far out, as no server does, is refused before memory is spent on
 // it; one whose vertex is there by right is taken.

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <string>
 #include <string_view>
 
@@ -11,10 +12,12 @@
 
 namespace pliant::test {
 
-/// What contradicts the invariants of a replica, or nothing. That no vertex goes while a triangle
-/// that is not named needs it is left to the hash: a server that lies about that too can.
+/// What contradicts the invariants of a replica, or nothing.
 inline std::string WrongWith(const client::MeshReplica& replica) {
   MeshSummary found;
+  const auto all_live = [&](const auto& ids) {
+    return std::ranges::all_of(ids, [&](VertexId id) { return replica.IsLive(id); });
+  };
   for (std::size_t i = 0; i < replica.positions().size(); ++i) {
     const VertexId id = VertexId::FromIndex(i);
     if (!replica.IsLive(id)) continue;
@@ -25,6 +28,7 @@ inline std::string WrongWith(const client::MeshReplica& replica) {
     const TriangleId id = TriangleId::FromIndex(i);
     if (!replica.IsLive(id)) continue;
     const auto& corners = replica.triangles()[i];
+    if (!all_live(corners)) return "a triangle has a corner that is free";
     ++found.triangle_count;
     found.state_hash += TriangleHash(id, corners, replica.triangle_regions()[i]);
   }
@@ -32,6 +36,7 @@ inline std::string WrongWith(const client::MeshReplica& replica) {
     const EdgeId id = EdgeId::FromIndex(i);
     if (!replica.IsLive(id)) continue;
     const auto& ends = replica.edges()[i];
+    if (!all_live(ends)) return "an edge has an end that is free";
     ++found.edge_count;
     found.state_hash += EdgeHash(id, ends, replica.edge_tags()[i]);
   }

@@ -140,8 +140,12 @@ class _Column:
         self.live = np.zeros(0, bool)
         self.count = 0
 
-    def write(self, removed, ids, rows, tags):
-        """Frees `removed`, writes the others; returns the change of the state hash."""
+    def write(self, removed, ids, rows, tags, uses=None):
+        """Frees `removed`, writes the others; returns the change of the state hash.
+
+        Args:
+            uses: by slot of a vertex, how often rows name it; kept up to date.
+        """
         if not len(removed) and not len(ids) and not len(rows) and not len(tags):
             return np.uint64(0)
         _check_ids(removed, len(self.live))
@@ -153,6 +157,9 @@ class _Column:
         before = np.concatenate([removed, ids[self.live[ids]]])
         difference = self._hash(ids, rows, tags) - self._hash(
             before, self.rows[before], self.tags[before])
+        if uses is not None:
+            _count_uses(uses, self.rows[before], -1)
+            _count_uses(uses, rows, 1)
         self.live[removed] = False
         self.rows[ids] = rows
         self.tags[ids] = tags
@@ -206,6 +213,19 @@ def _mix(x):
     return x ^ (x >> np.uint64(31))
 
 
+def _count_uses(uses, rows, sign):
+    """Adds how often `rows` name each slot; O(rows) unless they are most of the mesh."""
+    if not rows.size:
+        return
+    if rows.min() < 0 or rows.max() >= len(uses):
+        raise _mismatch("the diff names a corner that does not exist")
+    if 4 * rows.size > len(uses):
+        uses += sign * np.bincount(rows.ravel(), minlength=len(uses))
+    else:
+        slots, counts = np.unique(rows, return_counts=True)
+        uses[slots] += sign * counts
+
+
 def _check_ids(ids, slot_count):
     """Slots ascend, so that the ends bound them all and no two writes hit one row."""
     if len(ids) and (ids[0] < 0 or ids[-1] >= slot_count or (ids[1:] <= ids[:-1]).any()):
@@ -232,6 +252,7 @@ class Replica:
         self._vertices = _Column(_VERTEX, np.float64, 2)
         self._triangles = _Column(_TRIANGLE, np.int32, 3)
         self._edges = _Column(_EDGE, np.int32, 2)
+        self._uses = np.zeros(0, np.int64)  # Corners and ends of live elements at each vertex.
         self._metrics = np.zeros((0, 3))
         self._hash = np.uint64(0)
         self._view: Optional[MeshView] = None
@@ -266,14 +287,27 @@ class Replica:
         with np.errstate(over="ignore"):
             self._hash += self._vertices.write(change.removed_vertices, change.vertex_ids,
                                                change.vertex_positions, no_tags)
-            self._hash += self._triangles.write(change.removed_triangles, change.triangle_ids,
-                                                change.triangle_vertices, change.triangle_tags)
+            missing = len(self._vertices.live) - len(self._uses)
+            if missing > 0:
+                self._uses = np.concatenate([self._uses, np.zeros(missing, np.int64)])
+            self._hash += self._triangles.write(
+                change.removed_triangles, change.triangle_ids, change.triangle_vertices,
+                change.triangle_tags, self._uses)
             self._hash += self._edges.write(change.removed_edges, change.edge_ids,
-                                            change.edge_vertices, change.edge_tags)
+                                            change.edge_vertices, change.edge_tags, self._uses)
+        self._check_corners(change)
         self._write_metrics(change.metric_vertex_ids, change.metrics)
         self.fields.write(change.fields, change.dropped_fields)
         self.revision = change.revision
         self._view = None
+
+    def _check_corners(self, change):
+        """Corners and ends live. The hash would tell, unless the server has summed up the same."""
+        if self._uses[change.removed_vertices].any():
+            raise _mismatch("the diff removes a vertex that is still a corner")
+        for rows in (change.triangle_vertices, change.edge_vertices):
+            if not self._vertices.live[rows].all():
+                raise _mismatch("the diff names a corner that does not exist")
 
     def _write_metrics(self, ids, metrics):
         missing = len(self._vertices.live) - len(self._metrics)
