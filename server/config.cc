@@ -118,9 +118,10 @@ void AddStoreFlags(CLI::App& app, Config& config) {
   app.add_option("--sleep-after-s", config.sleep_after_s,
                  "With --data: sessions that nobody used for so long leave memory, in s; 0: never")
       ->capture_default_str();
-  app.add_option("--memory-limit-mib", config.memory_limit_mib,
-                 "With --data: beyond it the least recently used sessions leave memory, in MiB; 0: "
-                 "no limit")
+  app.add_option(
+         "--memory-limit-mib", config.memory_limit_mib,
+         "With --data: of the whole process, in MiB; the least recently used sessions leave "
+         "memory to keep it; 0: no limit")
       ->capture_default_str();
 }
 

@@ -60,7 +60,7 @@ struct Config {
   std::string data = {};
   /// Sessions that are stored leave memory when nobody has used them for so long, in s; 0: never.
   std::int64_t sleep_after_s = kSleepAfterSDefault;
-  /// ...and when all sessions together hold more than that, in MiB; 0: no limit.
+  /// ...and when the process would hold more memory than that, in MiB; 0: no limit.
   std::int64_t memory_limit_mib = 0;
   LogLevel log_level = LogLevel::kInfo;
   LogFormat log_format = LogFormat::kText;

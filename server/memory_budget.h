@@ -6,7 +6,8 @@
 
 namespace pliant::server {
 
-/// How much memory the sessions of a server hold, roughly, and how much they may.
+/// How much memory a server holds, and how much it may: what its sessions say that they hold,
+/// roughly, and what was measured besides.
 ///
 /// *Threads*: all functions from any thread.
 class MemoryBudget {
@@ -19,16 +20,20 @@ class MemoryBudget {
   /// A session holds so much more, or less.
   void Add(std::int64_t bytes) {
     const std::int64_t used = used_ += bytes;
-    if (bytes > 0 && limit_ > 0 && used > limit_) on_over_();
+    if (bytes > 0 && limit_ > 0 && used + besides_ > limit_) on_over_();
   }
+  /// The process was measured and holds so much more than its sessions say.
+  void SetBesides(std::int64_t bytes) { besides_ = bytes; }
+  /// What sessions say that they hold.
   [[nodiscard]] std::int64_t used() const { return used_; }
   /// Beyond the limit, in bytes; at most 0 if there is none.
-  [[nodiscard]] std::int64_t excess() const { return limit_ > 0 ? used_ - limit_ : 0; }
+  [[nodiscard]] std::int64_t excess() const { return limit_ > 0 ? used_ + besides_ - limit_ : 0; }
 
  private:
   const std::int64_t limit_;
   const std::function<void()> on_over_;
   std::atomic<std::int64_t> used_ = 0;
+  std::atomic<std::int64_t> besides_ = 0;
 };
 
 }  // namespace pliant::server

@@ -14,6 +14,7 @@
 #include "server/jobs/memory_job_store.h"
 #include "server/limits.h"
 #include "server/record.h"
+#include "server/resident_memory.h"
 #include "server/store/sqlite_store.h"
 
 namespace pliant::server {
@@ -93,7 +94,8 @@ Server::Server(const Config& config, Parts parts, Access access, std::unique_ptr
                    : std::make_unique<Sleeper>(
                          Sleeper::Policy{
                              .idle_max = std::chrono::seconds(config.sleep_after_s),
-                             .memory_bytes_max = config.memory_limit_mib * (std::int64_t{1} << 20)},
+                             .memory_bytes_max = config.memory_limit_mib * (std::int64_t{1} << 20),
+                             .resident = ResidentBytes},
                          registry_, *parts_.clock)),
       context_{.keeper = keeper_.get(),
                .registry = &registry_,

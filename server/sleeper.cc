@@ -15,6 +15,15 @@ constexpr std::chrono::seconds kInterval{1};
 /// session, so that it should be made once for many that grow.
 constexpr std::int64_t kSpareShare = 16;
 
+/// Share of the limit that is left to what comes between two measurements: sessions that wake and
+/// grow, and the holes that they leave in the allocator's memory.
+constexpr std::int64_t kMarginShare = 4;
+
+std::int64_t UsableOf(const Sleeper::Policy& policy) {
+  const std::int64_t limit = policy.memory_bytes_max;
+  return policy.resident ? limit - limit / kMarginShare : limit;
+}
+
 /// Gives the system back what sessions have freed. The allocator keeps it where small pieces of
 /// other sessions lie between, which after thousands of them is as much as the limit itself.
 void ReturnFreedMemory() {
@@ -26,7 +35,7 @@ void ReturnFreedMemory() {
 }  // namespace
 
 Sleeper::Sleeper(const Policy& policy, const SessionRegistry& registry, const Clock& clock)
-    : policy_(policy), registry_(registry), clock_(clock), budget_(policy.memory_bytes_max, [this] {
+    : policy_(policy), registry_(registry), clock_(clock), budget_(UsableOf(policy), [this] {
         {
           const std::lock_guard lock(mutex_);
           is_over_ = true;
@@ -69,6 +78,11 @@ std::vector<std::shared_ptr<Session>> Sleeper::Choose() const {
   return chosen;
 }
 
+void Sleeper::Measure() {
+  if (!policy_.resident) return;
+  budget_.SetBesides(std::max<std::int64_t>(policy_.resident() - budget_.used(), 0));
+}
+
 void Sleeper::Work() {
   std::unique_lock lock(mutex_);
   bool has_freed = false;
@@ -85,6 +99,8 @@ void Sleeper::Work() {
       returned = now;
       has_freed = false;
     }
+    // What sessions have freed and the allocator still has is no reason to send more to sleep.
+    if (!has_freed) Measure();
     for (const std::shared_ptr<Session>& session : Choose()) {
       session->RequestSleep();
       has_freed = true;

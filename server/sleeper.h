@@ -3,6 +3,7 @@
 #include <chrono>
 #include <condition_variable>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <thread>
@@ -15,9 +16,13 @@
 
 namespace pliant::server {
 
-/// Sends sessions to sleep: those that nobody has used for a while, and, where all of them hold
-/// more memory than they may, those that were used longest ago. Only sessions that are stored can
+/// Sends sessions to sleep: those that nobody has used for a while, and, where the server holds
+/// more memory than it may, those that were used longest ago. Only sessions that are stored can
 /// sleep, and only while they have nothing to do.
+///
+/// What sessions say that they hold is an estimate, known at once; what the process holds, with all
+/// that is not a session's and all that the allocator cannot give back, is measured once a second
+/// and added to it.
 ///
 /// *Threads*: one of its own, which looks once a second, and when the budget is exceeded.
 class Sleeper {
@@ -25,8 +30,11 @@ class Sleeper {
   struct Policy {
     /// Time without use after which a session sleeps; 0: never.
     std::chrono::seconds idle_max{0};
-    /// Of all sessions, in bytes; 0: no limit.
+    /// Of the whole process where `resident` tells that, else of all sessions; in bytes, 0: no
+    /// limit.
     std::int64_t memory_bytes_max = 0;
+    /// Memory that the process holds now, in bytes, 0 if that is not known; may be absent.
+    std::function<std::int64_t()> resident = {};
   };
 
   /// @param registry, clock  outlive it.
@@ -40,6 +48,9 @@ class Sleeper {
   /// Who should sleep now: idle ones first, then, where the limit is exceeded, the least recently
   /// used until there is some room again.
   [[nodiscard]] std::vector<std::shared_ptr<Session>> Choose() const;
+
+  /// Measures what the process holds; Choose and the budget go by that until the next time.
+  void Measure();
 
  private:
   void Work();

@@ -92,6 +92,30 @@ TEST_F(SleeperTest, FreesAShareOfTheLimitBesides) {
   EXPECT_THAT(Names(sleeper.Choose()), ElementsAre("0", "1", "2")) << "one, and a 16th of 32";
 }
 
+// Goal: the limit is that of the process, whatever sessions say: a quarter of it is a margin, and
+// what was measured beyond their estimate takes the room of sessions.
+TEST_F(SleeperTest, CountsWhatTheProcessHoldsBesides) {
+  const std::int64_t one = MemoryOfOne();
+  std::int64_t resident = 0;
+  Sleeper sleeper(
+      {.idle_max = {}, .memory_bytes_max = 32 * one, .resident = [&] { return resident; }},
+      registry_, clock_);
+  for (int i = 0; i < 10; ++i) Create(std::to_string(i), &sleeper.budget());
+  resident = 24 * one;  // Three quarters of the limit; sessions say 10.
+  sleeper.Measure();
+  EXPECT_THAT(Names(sleeper.Choose()), IsEmpty()) << "at the limit less the margin";
+  resident += 2 * one;
+  sleeper.Measure();
+  const std::vector<std::shared_ptr<Session>> chosen = sleeper.Choose();
+  EXPECT_THAT(Names(chosen), ElementsAre("0", "1", "2", "3")) << "two, and a 16th of 32";
+  for (const auto& session : chosen) session->RequestSleep();
+  RunAll();
+  EXPECT_THAT(Names(sleeper.Choose()), IsEmpty()) << "there is room without measuring again";
+  resident = 0;  // Nobody can tell.
+  sleeper.Measure();
+  EXPECT_EQ(sleeper.budget().excess(), 6 * one - 24 * one);
+}
+
 TEST_F(SleeperTest, CountsWhatSessionsHold) {
   Sleeper sleeper({}, registry_, clock_);
   const auto session = Create("a", &sleeper.budget());
