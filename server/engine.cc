@@ -32,6 +32,7 @@ class RemesherEngine final : public Engine {
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) override {
     return remesher_->SetTensors(vertices, tensors);
   }
+  void ListenTo(const StopSignal* stop) override { remesher_->ListenTo(stop); }
   Result<MotionReport> Move(const MotionRequest& request) override {
     return MoveVertices(*remesher_, request);
   }

@@ -10,6 +10,7 @@
 
 #include "core/base/bytes.h"
 #include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/domain.h"
 #include "core/geometry/mesh_data.h"
 #include "core/mesh/mesh_diff.h"
@@ -53,6 +54,9 @@ class Engine {
   virtual Status SetMetric(const MetricSpec& metric) = 0;
   virtual Status SetTensors(std::span<const VertexId> vertices,
                             std::span<const Metric> tensors) = 0;
+  /// Who may end SetMetric, SetTensors and SetSolution before they take anything over; they then
+  /// return kCancelled. Not owned; null: nobody. An engine that cannot be ended does nothing.
+  virtual void ListenTo(const StopSignal* stop) { (void)stop; }
   /// As pliant::MoveVertices.
   virtual Result<MotionReport> Move(const MotionRequest& request) = 0;
   /// As pliant::ReplaceDomain. An engine that cannot says so.

@@ -67,7 +67,10 @@ Status Session::Attach(std::shared_ptr<Editor> editor) {
 
 void Session::Detach(const Editor* editor) {
   const std::lock_guard lock(mutex_);
-  if (editor_.get() == editor) editor_ = nullptr;
+  if (editor_.get() == editor) {
+    editor_ = nullptr;
+    if (staging_update_id_ != 0) stop_work_.Set(true);
+  }
   last_used_ = environment_.clock->Now();
 }
 
@@ -112,7 +115,7 @@ void Session::WakeForSubscriber() {
 void Session::CancelAdvance(std::int64_t update_id) {
   const std::lock_guard lock(mutex_);
   cancel_update_id_ = update_id;
-  if (running_update_id_ == update_id) stop_advance_ = true;
+  if (running_update_id_ == update_id || staging_update_id_ == update_id) stop_work_.Set(true);
 }
 
 Status Session::Post(SessionCall call) {
@@ -136,7 +139,7 @@ void Session::Close(Error error) {
     const std::lock_guard lock(mutex_);
     if (close_error_) return;
     close_error_ = std::move(error);
-    stop_advance_ = true;
+    stop_work_.Set(true);
   }
   Wake();
 }
@@ -146,7 +149,7 @@ void Session::Drain(Error error) {
     const std::lock_guard lock(mutex_);
     if (drain_error_) return;
     drain_error_ = std::move(error);
-    stop_advance_ = true;
+    stop_work_.Set(true);
   }
   Wake();
 }
@@ -387,17 +390,42 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
   } else if (const auto* spec = std::get_if<AdvanceSpec>(&command.body)) {
     BeginAdvance(editor, id, *spec);
   } else {
-    const Status status = engine_->StageCommand(command);
-    if (!status.ok()) {
-      Reject(editor, id, status.error(), StageEffect::kTainted);
+    StageUpdate(editor, command);
+  }
+}
+
+void Session::StageUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command) {
+  const std::int64_t id = command.update_id;
+  {
+    const std::lock_guard lock(mutex_);
+    staging_update_id_ = id;
+    stop_work_.Set(editor_ != editor || cancel_update_id_ == id || close_error_ || drain_error_);
+  }
+  const Status status = engine_->StageCommand(command, &stop_work_);
+  bool cancelled = false;
+  {
+    const std::lock_guard lock(mutex_);
+    staging_update_id_ = 0;
+    stop_work_.Set(false);
+    cancelled = cancel_update_id_ == id;
+  }
+  if (!status.ok() && status.error().code == ErrorCode::kCancelled) {
+    // Nobody waits for an answer any more: as if it had never come. Who resumes sends it again.
+    if (!cancelled) {
+      editor->CommandDone();
       return;
     }
-    SessionEvent accepted = MakeEvent(id);
-    accepted.body = AcceptedEvent{.staged_count = engine_->staged_count()};
-    const bool is_discard = std::holds_alternative<DiscardUpdate>(command.body);
-    Answer(editor, std::move(accepted), is_discard ? StageEffect::kEmptied : StageEffect::kStaged,
-           is_discard ? Bytes{} : command.form);
+    engine_->Taint();
   }
+  if (!status.ok()) {
+    Reject(editor, id, status.error(), StageEffect::kTainted);
+    return;
+  }
+  SessionEvent accepted = MakeEvent(id);
+  accepted.body = AcceptedEvent{.staged_count = engine_->staged_count()};
+  const bool is_discard = std::holds_alternative<DiscardUpdate>(command.body);
+  Answer(editor, std::move(accepted), is_discard ? StageEffect::kEmptied : StageEffect::kStaged,
+         is_discard ? Bytes{} : command.form);
 }
 
 void Session::Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_id,

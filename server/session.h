@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/base/stop_signal.h"
 #include "server/clock.h"
 #include "server/diff_history.h"
 #include "server/followers.h"
@@ -113,7 +114,8 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
 
   /// Makes this the session's editor. Error: kSessionBusy while there is another one.
   Status Attach(std::shared_ptr<Editor> editor);
-  /// The editor is gone; its commands that were not begun are dropped, an advance goes on.
+  /// The editor is gone; its commands that were not begun are dropped, and so is an update that is
+  /// being staged, unless it is too late to leave everything as it was; an advance goes on.
   void Detach(const Editor* editor);
   /// Tells a subscriber what it misses from now on, beginning with a diff, a snapshot or, if its
   /// revision is the current one, a bookmark. Error: kResourceExhausted.
@@ -121,7 +123,8 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void Unsubscribe(const Subscriber* subscriber);
   /// A subscriber is ready for more.
   void WakeForSubscriber();
-  /// Ends the advance with this id early, now or when it begins.
+  /// Ends the advance with this id early, now or when it begins, or refuses the update with this id
+  /// that is being staged.
   void CancelAdvance(std::int64_t update_id);
   /// Queues a call; the answer waits for a running advance. Error: kResourceExhausted.
   Status Post(SessionCall call);
@@ -229,6 +232,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void SendMissed(const std::shared_ptr<Editor>& editor, Revision mirror_revision);
   void HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open);
   void HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
+  void StageUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
   void BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
                     const AdvanceSpec& spec);
   bool ContinueAdvance(Clock::Time slice_end);
@@ -276,7 +280,8 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   SessionInfo info_;                                // Guarded by mutex_.
   Clock::Time last_used_{};                         // Guarded by mutex_.
   Rest rest_;                                       // Guarded by mutex_.
-  std::atomic<bool> stop_advance_ = false;          // Written under mutex_; the engine polls it.
+  std::int64_t staging_update_id_ = 0;              // Guarded by mutex_.
+  StopFlag stop_work_;  // Written under mutex_; the engine asks it while it stages or steps.
 
   Followers followers_;
   std::atomic<bool> followers_wait_ = false;  // Somebody may have to be served.

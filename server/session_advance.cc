@@ -1,5 +1,6 @@
 // How a session runs an advance, from its command to the commit; see session.h.
 #include <algorithm>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -11,6 +12,21 @@ namespace pliant::server {
 namespace {
 
 std::string Text(Revision revision) { return std::to_string(static_cast<std::int64_t>(revision)); }
+
+/// A cancel, or the end of an advance's time.
+class AdvanceStop final : public StopSignal {
+ public:
+  AdvanceStop(const StopFlag& cancel, const Clock& clock, std::optional<Clock::Time> deadline)
+      : cancel_(cancel), clock_(clock), deadline_(deadline) {}
+  [[nodiscard]] bool asked() const override {
+    return cancel_.asked() || (deadline_ && clock_.Now() >= *deadline_);
+  }
+
+ private:
+  const StopFlag& cancel_;
+  const Clock& clock_;
+  const std::optional<Clock::Time> deadline_;
+};
 
 }  // namespace
 
@@ -44,7 +60,7 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
                             .last_commit = now};
   const std::lock_guard lock(mutex_);
   running_update_id_ = update_id;
-  stop_advance_ = cancel_update_id_ == update_id || close_error_ || drain_error_;
+  stop_work_.Set(cancel_update_id_ == update_id || close_error_ || drain_error_);
   info_.running = true;
 }
 
@@ -52,12 +68,18 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
 bool Session::ContinueAdvance(Clock::Time slice_end) {
   RunningAdvance& advance = *advance_;
   const Clock& clock = *environment_.clock;
+  // The first step is made whatever the time: an advance without it would lead nowhere.
+  std::optional<Clock::Time> deadline;
   for (;;) {
+    if (advance.spec.time_max && VisitsOf(advance) > 0) {
+      deadline = advance.begin + *advance.spec.time_max;
+    }
+    const AdvanceStop stop(stop_work_, clock, deadline);
     const std::int64_t visits_left = advance.spec.visits_max - VisitsOf(advance);
     const std::int64_t visits = environment_.visits_per_step * engine_->engine().step_threads();
     const Clock::Time step_begin = clock.Now();
     const Result<Progress> result =
-        engine_->Step({.visits_max = std::min(visits_left, visits), .cancel = &stop_advance_});
+        engine_->Step({.visits_max = std::min(visits_left, visits), .stop = &stop});
     const Clock::Time now = clock.Now();
     advance.compute += now - step_begin;
     Charge(now - step_begin);
@@ -67,6 +89,9 @@ bool Session::ContinueAdvance(Clock::Time slice_end) {
       return true;
     }
     advance.progress = *result;
+    if (advance.progress.stop_reason == StopReason::kCancelled && !stop_work_.asked()) {
+      advance.progress.stop_reason = StopReason::kVisitBudget;  // It was the deadline, see below.
+    }
     if (advance.progress.stop_reason == StopReason::kCancelled) {
       const std::lock_guard lock(mutex_);
       if (close_error_) return true;  // Nobody is left to commit for.
@@ -179,7 +204,7 @@ void Session::FinishAdvance(AdvanceEnd end) {
   {
     const std::lock_guard lock(mutex_);
     running_update_id_ = 0;
-    stop_advance_ = false;
+    stop_work_.Set(false);
     if (drain_error_ && advance.progress.stop_reason == StopReason::kCancelled) {
       end = AdvanceEnd::kServerClosing;
     }
@@ -219,7 +244,7 @@ void Session::FailAdvance(const Error& error) {
   {
     const std::lock_guard lock(mutex_);
     running_update_id_ = 0;
-    stop_advance_ = false;
+    stop_work_.Set(false);
   }
   const Status status = engine_->Discard();
   PLIANT_CHECK(status.ok(), "discard", status.ok() ? "" : status.error().message);

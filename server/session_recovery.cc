@@ -28,7 +28,8 @@ void Session::HandleBug(const std::string& what) {
   {
     const std::lock_guard lock(mutex_);
     running_update_id_ = 0;
-    stop_advance_ = false;
+    staging_update_id_ = 0;
+    stop_work_.Set(false);
   }
   const bool recovered = Recover();
   // Whatever was staged is gone, also where the bug was in no numbered update.

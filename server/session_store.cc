@@ -35,7 +35,7 @@ void Session::Delete(Error error, std::function<void(const Status&)> done) {
   {
     const std::lock_guard lock(mutex_);
     if (!close_error_) close_error_ = error;
-    stop_advance_ = true;
+    stop_work_.Set(true);
     if (delete_done_ == nullptr) delete_done_ = std::exchange(done, nullptr);
   }
   if (done == nullptr) {
@@ -163,7 +163,7 @@ void Session::LoseMemory(const Error& error) {
   {
     const std::lock_guard lock(mutex_);
     running_update_id_ = 0;
-    stop_advance_ = false;
+    stop_work_.Set(false);
     editor = std::exchange(editor_, nullptr);
   }
   if (editor != nullptr) editor->Close(error);

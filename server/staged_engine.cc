@@ -116,7 +116,14 @@ Result<Bytes> StagedEngine::Save() const {
   return engine_->Save();
 }
 
-Status StagedEngine::StageCommand(const UpdateCommand& command) {
+Status StagedEngine::StageCommand(const UpdateCommand& command, const StopSignal* stop) {
+  engine_->ListenTo(stop);
+  const Status status = StageBody(command);
+  engine_->ListenTo(nullptr);
+  return status;
+}
+
+Status StagedEngine::StageBody(const UpdateCommand& command) {
   return std::visit(
       [this](const auto& body) -> Status {
         using Body = std::decay_t<decltype(body)>;
@@ -137,7 +144,10 @@ Status StagedEngine::Stage(const MetricUpdate& update) {
   const VertexTensors* tensors = std::get_if<VertexTensors>(&update.source);
   const SolutionRequest* solution = std::get_if<SolutionRequest>(&update.source);
   Status status;
-  if (update.displacement) status = Displace(*update.displacement);
+  if (update.displacement) {
+    engine_->ListenTo(nullptr);  // What is displaced stays so.
+    status = Displace(*update.displacement);
+  }
   if (!status.ok()) {
     tainted_ = true;
     return Named(status, "metric.displacement");
@@ -153,7 +163,7 @@ Status StagedEngine::Stage(const MetricUpdate& update) {
     status = tensors != nullptr ? SetTensors(*tensors) : SetSolution(*solution);
   }
   if (!status.ok()) {
-    tainted_ = true;
+    if (status.error().code != ErrorCode::kCancelled) tainted_ = true;
     return Named(status, tensors != nullptr ? "metric.tensors" : "metric");
   }
   ++staged_count_;

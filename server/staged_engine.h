@@ -64,7 +64,9 @@ class StagedEngine {
 
   /// Stages whatever a command holds that can be staged; as the functions above. A discard empties
   /// the stage. Errors: theirs; kProtocolOrder for a command that is none of them.
-  Status StageCommand(const UpdateCommand& command);
+  /// @param stop  null: nobody; else a change of the metric that it asks to stop is refused with
+  ///              kCancelled, and everything, tainted() too, is as it was.
+  Status StageCommand(const UpdateCommand& command, const StopSignal* stop = nullptr);
 
   /// The last commit, for an EngineLoader. Errors: those of Engine::Save; kProtocolOrder as GoTo.
   [[nodiscard]] Result<Bytes> Save() const;
@@ -104,6 +106,7 @@ class StagedEngine {
   StagedEngine(std::unique_ptr<EngineInput> input, EngineFactory factory,
                std::unique_ptr<Engine> engine);
   [[nodiscard]] Status CheckCommitted() const;
+  Status StageBody(const UpdateCommand& command);
   void EndStage();
   Status SetSpec(const MetricUpdate& update);
   Status SetTensors(const VertexTensors& tensors);

@@ -22,6 +22,10 @@ class Executor {
   /// exception of the one with the lowest index is thrown again at the end; whether tasks of higher
   /// index still ran is open. @pre not called from a task
   virtual void Run(std::int32_t count, const Task& task) = 0;
+
+  /// True if tasks were skipped because somebody wanted the work to end (StoppableExecutor): what
+  /// they were to make is not there.
+  [[nodiscard]] virtual bool stopped() const { return false; }
 };
 
 /// One task after the other, on the calling thread: the executor of those who have no threads.

@@ -27,14 +27,16 @@ std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 }  // namespace
 
 TriangleLocator::TriangleLocator(std::vector<Vec2> points,
-                                 const std::vector<std::array<std::int32_t, 3>>& triangles)
+                                 const std::vector<std::array<std::int32_t, 3>>& triangles,
+                                 const StopSignal* stop)
     : points_(std::move(points)),
       lowest_triangle_(points_.size(), -1),
       row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(triangles.size())))),
       lazy_tree_(std::make_unique<LazyTree>()) {
   PLIANT_CHECK(!triangles.empty());
   const std::vector<std::array<std::int32_t, 3>> neighbors =
-      FindNeighbors(triangles, static_cast<std::int32_t>(points_.size()));
+      FindNeighbors(triangles, static_cast<std::int32_t>(points_.size()), stop);
+  if (neighbors.empty()) return;
   links_.reserve(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) links_.push_back({triangles[t], neighbors[t]});
   for (std::size_t t = triangles.size(); t-- > 0;) {
@@ -169,7 +171,8 @@ const BoxTree& TriangleLocator::Tree() const {
 }
 
 std::vector<std::array<std::int32_t, 3>> FindNeighbors(
-    std::span<const std::array<std::int32_t, 3>> triangles, std::int32_t point_count) {
+    std::span<const std::array<std::int32_t, 3>> triangles, std::int32_t point_count,
+    const StopSignal* stop) {
   // Sides are put in buckets by their lower end and sorted by the upper end inside each, so that
   // the two sides of an edge become neighbours in the list.
   struct Side {
@@ -180,8 +183,10 @@ std::vector<std::array<std::int32_t, 3>> FindNeighbors(
   const auto ends = [](const std::array<std::int32_t, 3>& triangle, std::size_t corner) {
     return std::minmax({triangle[(corner + 1) % 3], triangle[(corner + 2) % 3]});
   };
+  StopPoll stopped(stop);
   std::vector<std::size_t> first(AsIndex(point_count) + 1, 0);
   for (const auto& triangle : triangles) {
+    if (stopped()) return {};
     for (std::size_t i = 0; i < 3; ++i) {
       PLIANT_CHECK(triangle[i] >= 0 && triangle[i] < point_count, "corner", triangle[i]);
     }
@@ -191,6 +196,7 @@ std::vector<std::array<std::int32_t, 3>> FindNeighbors(
   std::vector<Side> sides(3 * triangles.size());
   std::vector<std::size_t> next(first.begin(), first.end() - 1);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
+    if (stopped()) return {};
     for (std::size_t i = 0; i < 3; ++i) {
       const auto [lower, upper] = ends(triangles[t], i);
       sides[next[AsIndex(lower)]++] = {upper, static_cast<std::int32_t>(t),
@@ -199,6 +205,7 @@ std::vector<std::array<std::int32_t, 3>> FindNeighbors(
   }
   std::vector<std::array<std::int32_t, 3>> neighbors(triangles.size(), {-1, -1, -1});
   for (std::size_t v = 0; v + 1 < first.size(); ++v) {
+    if (stopped()) return {};
     const std::span<Side> bucket(sides.data() + first[v], first[v + 1] - first[v]);
     std::ranges::stable_sort(bucket, {}, &Side::upper);
     for (std::size_t i = 0; i + 1 < bucket.size(); ++i) {

@@ -10,6 +10,7 @@
 
 #include "core/base/lazy.h"
 #include "core/base/prefetch.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/vec2.h"
 
@@ -38,8 +39,10 @@ class TriangleLocator {
   /// @pre A valid triangulation: no overlaps, no two triangles on the same side of an edge, no
   ///      vertex inside an edge. Where it is not valid, the answer is one of those possible.
   ///      Indices out of range are a bug of the caller.
+  /// @param stop  if given and it asks to, the rest is left out: then only to be thrown away.
   TriangleLocator(std::vector<Vec2> points,
-                  const std::vector<std::array<std::int32_t, 3>>& triangles);
+                  const std::vector<std::array<std::int32_t, 3>>& triangles,
+                  const StopSignal* stop = nullptr);
 
   [[nodiscard]] std::span<const Vec2> points() const { return points_; }
   [[nodiscard]] std::int32_t triangle_count() const {
@@ -102,8 +105,10 @@ class TriangleLocator {
 
 /// For each triangle, the triangles across the sides opposite its corners; -1 where there is none.
 /// Where more than two triangles claim an edge, only some of them are paired.
+/// @param stop  if given and it asks to, nothing comes back.
 /// @pre indices are in [0, point_count)
 [[nodiscard]] std::vector<std::array<std::int32_t, 3>> FindNeighbors(
-    std::span<const std::array<std::int32_t, 3>> triangles, std::int32_t point_count);
+    std::span<const std::array<std::int32_t, 3>> triangles, std::int32_t point_count,
+    const StopSignal* stop = nullptr);
 
 }  // namespace pliant

@@ -137,8 +137,9 @@ class MeshEdit {
   /// positive. @par Cost O(mesh)
   void Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order);
   /// The same, with an executor to work on parts of the mesh; it changes nothing in the result.
-  void Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order,
-              Executor& executor);
+  /// @return false if the executor was stopped: then nothing has changed
+  [[nodiscard]] bool Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order,
+                            Executor& executor);
 
   /// Replaces the triangles of a cavity by others that cover the same polygon. Vertices that lose
   /// their last triangle must be removed by RemoveVertex.

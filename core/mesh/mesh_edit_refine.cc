@@ -312,14 +312,15 @@ class Refinement {
 
 void MeshEdit::Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order) {
   InlineExecutor alone;
-  Refine(splits, order, alone);
+  (void)Refine(splits, order, alone);
 }
 
-void MeshEdit::Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order,
+bool MeshEdit::Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order,
                       Executor& executor) {
   PLIANT_CHECK(!logging());
   PLIANT_CHECK(std::ssize(order) == mesh_.triangle_count(), "order", order.size());
   Refinement refined(mesh_, splits, order, executor);
+  if (executor.stopped()) return false;
   const auto constrained_ends = [&](const EdgeSplit& split) {
     const auto& v = mesh_.triangle(split.side.triangle).vertices;
     return std::pair(
@@ -364,6 +365,7 @@ void MeshEdit::Refine(std::span<const EdgeSplit> splits, std::span<const Triangl
     }
     CheckAfter(all);
   }
+  return true;
 }
 
 }  // namespace pliant

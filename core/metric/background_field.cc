@@ -43,7 +43,7 @@ Status CheckTriangle(const MeshData& mesh, std::size_t index) {
 }
 
 /// Refuses two triangles on the same side of an edge. Three triangles at an edge always have two.
-Status CheckEdges(const MeshData& mesh) {
+Status CheckEdges(const MeshData& mesh, StopPoll& stopped) {
   struct Side {
     std::int32_t to;
     std::int32_t triangle;
@@ -52,12 +52,14 @@ Status CheckEdges(const MeshData& mesh) {
   // In buckets by the point where a side begins; each holds a handful.
   std::vector<std::size_t> first(mesh.points.size() + 1, 0);
   for (const auto& corners : mesh.triangles) {
+    if (stopped()) return Stopped();
     for (const std::int32_t corner : corners) ++first[static_cast<std::size_t>(corner) + 1];
   }
   for (std::size_t v = 1; v < first.size(); ++v) first[v] += first[v - 1];
   std::vector<Side> sides(3 * mesh.triangles.size());
   std::vector<std::size_t> next(first.begin(), first.end() - 1);
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (stopped()) return Stopped();
     const auto& corners = mesh.triangles[i];
     for (std::size_t k = 0; k < 3; ++k) {
       sides[next[static_cast<std::size_t>(corners[k])]++] = {corners[(k + 1) % 3],
@@ -65,6 +67,7 @@ Status CheckEdges(const MeshData& mesh) {
     }
   }
   for (std::size_t v = 0; v < mesh.points.size(); ++v) {
+    if (stopped()) return Stopped();
     const std::span<Side> bucket(sides.data() + first[v], first[v + 1] - first[v]);
     std::ranges::sort(bucket);
     const auto clash = std::ranges::adjacent_find(bucket, {}, &Side::to);
@@ -81,7 +84,8 @@ Status CheckEdges(const MeshData& mesh) {
   return {};
 }
 
-Status CheckMesh(const MeshData& mesh) {
+Status CheckMesh(const MeshData& mesh, const StopSignal* stop) {
+  StopPoll stopped(stop);
   for (std::size_t i = 0; i < mesh.points.size(); ++i) {
     if (!IsFinite(mesh.points[i])) {
       return Error{.code = ErrorCode::kNotFinite,
@@ -97,9 +101,10 @@ Status CheckMesh(const MeshData& mesh) {
                  .field = "metric.mesh.triangles"};
   }
   for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+    if (stopped()) return Stopped();
     PLIANT_RETURN_IF_ERROR(CheckTriangle(mesh, i));
   }
-  return CheckEdges(mesh);
+  return CheckEdges(mesh, stopped);
 }
 
 Error BadTensor(ErrorCode code, std::size_t index, const std::string& what) {
@@ -109,7 +114,8 @@ Error BadTensor(ErrorCode code, std::size_t index, const std::string& what) {
           .index = static_cast<std::int64_t>(index)};
 }
 
-Result<std::vector<LogMetric>> TakeLogs(const BackgroundMetric& metric, const SizeBounds& bounds) {
+Result<std::vector<LogMetric>> TakeLogs(const BackgroundMetric& metric, const SizeBounds& bounds,
+                                        const StopSignal* stop) {
   if (metric.tensors.size() != metric.mesh.points.size()) {
     return Error{.code = ErrorCode::kArrayLength,
                  .message = "the background mesh has " + std::to_string(metric.mesh.points.size()) +
@@ -119,7 +125,9 @@ Result<std::vector<LogMetric>> TakeLogs(const BackgroundMetric& metric, const Si
   }
   std::vector<LogMetric> logs;
   logs.reserve(metric.tensors.size());
+  StopPoll stopped(stop);
   for (std::size_t i = 0; i < metric.tensors.size(); ++i) {
+    if (stopped()) return Stopped();
     const Metric& tensor = metric.tensors[i];
     if (!IsFinite(tensor)) {
       return BadTensor(ErrorCode::kNotFinite, i, "has an entry that is NaN or infinite");
@@ -141,10 +149,18 @@ Result<std::vector<LogMetric>> TakeLogs(const BackgroundMetric& metric, const Si
 }  // namespace
 
 Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundMetric& metric,
-                                                               const SizeBounds& bounds) {
-  PLIANT_RETURN_IF_ERROR(CheckMesh(metric.mesh));
-  PLIANT_ASSIGN_OR_RETURN(std::vector<LogMetric> logs, TakeLogs(metric, bounds));
-  TriangleLocator locator(metric.mesh.points, metric.mesh.triangles);
+                                                               const SizeBounds& bounds,
+                                                               const StopSignal* stop) {
+  PLIANT_RETURN_IF_ERROR(CheckMesh(metric.mesh, stop));
+  return OfValid(metric, bounds, stop);
+}
+
+Result<std::unique_ptr<BackgroundField>> BackgroundField::OfValid(const BackgroundMetric& metric,
+                                                                  const SizeBounds& bounds,
+                                                                  const StopSignal* stop) {
+  PLIANT_ASSIGN_OR_RETURN(std::vector<LogMetric> logs, TakeLogs(metric, bounds, stop));
+  TriangleLocator locator(metric.mesh.points, metric.mesh.triangles, stop);
+  if (stop != nullptr && stop->asked()) return Stopped();
   return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
 }
 

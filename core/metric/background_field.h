@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/locate.h"
 #include "core/geometry/vec2.h"
 #include "core/metric/metric.h"
@@ -25,8 +26,13 @@ namespace pliant {
 class BackgroundField final : public MetricField {
  public:
   /// Checks mesh and tensors, and bounds the tensors. Errors: those of MakeMetricField.
-  [[nodiscard]] static Result<std::unique_ptr<BackgroundField>> Make(const BackgroundMetric& metric,
-                                                                     const SizeBounds& bounds);
+  /// @param stop  null: nobody; else kCancelled if it asks to.
+  [[nodiscard]] static Result<std::unique_ptr<BackgroundField>> Make(
+      const BackgroundMetric& metric, const SizeBounds& bounds, const StopSignal* stop = nullptr);
+
+  /// The same of a mesh that is known to be valid, and is not checked again.
+  [[nodiscard]] static Result<std::unique_ptr<BackgroundField>> OfValid(
+      const BackgroundMetric& metric, const SizeBounds& bounds, const StopSignal* stop = nullptr);
 
   /// The same from the logarithms of bounded tensors, as Save wrote them: nothing is computed anew.
   /// Nothing where the arrays fit no field.

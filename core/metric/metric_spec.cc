@@ -78,6 +78,7 @@ Result<std::unique_ptr<MetricField>> Tried(Result<std::unique_ptr<ExpressionFiel
 struct Frame {
   ExpressionField::Settings settings;
   BoundingBox box;
+  const StopSignal* stop = nullptr;
 };
 
 Result<std::unique_ptr<MetricField>> MakeField(const ExpressionMetric& tensor, const Frame& frame) {
@@ -91,7 +92,7 @@ Result<std::unique_ptr<MetricField>> MakeField(const SizeMetric& size, const Fra
 Result<std::unique_ptr<MetricField>> MakeField(const BackgroundMetric& background,
                                                const Frame& frame) {
   PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<BackgroundField> field,
-                          BackgroundField::Make(background, frame.settings.bounds));
+                          BackgroundField::Make(background, frame.settings.bounds, frame.stop));
   return std::unique_ptr<MetricField>(std::move(field));
 }
 
@@ -130,8 +131,8 @@ bool IsFormula(const MetricSpec& spec) {
   return !std::holds_alternative<BackgroundMetric>(spec.source);
 }
 
-Result<std::unique_ptr<MetricField>> MakeMetricField(const MetricSpec& spec,
-                                                     const BoundingBox& box) {
+Result<std::unique_ptr<MetricField>> MakeMetricField(const MetricSpec& spec, const BoundingBox& box,
+                                                     const StopSignal* stop) {
   PLIANT_RETURN_IF_ERROR(CheckBounds(spec.bounds));
   if (!std::isfinite(spec.time)) {
     return Error{.code = ErrorCode::kNotFinite,
@@ -139,7 +140,9 @@ Result<std::unique_ptr<MetricField>> MakeMetricField(const MetricSpec& spec,
                  .field = "metric.time"};
   }
   const Frame frame = {
-      {.time = spec.time, .bounds = spec.bounds, .fallback = Fallback(spec.bounds, box)}, box};
+      {.time = spec.time, .bounds = spec.bounds, .fallback = Fallback(spec.bounds, box)},
+      box,
+      stop};
   return std::visit([&](const auto& source) { return MakeField(source, frame); }, spec.source);
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/domain.h"
 #include "core/geometry/mesh_data.h"
 #include "core/metric/gradation.h"
@@ -88,8 +89,9 @@ struct MetricSpec {
 ///         the time. Overlapping triangles are not looked for: where they overlap, the value is
 ///         that of one of them. Of several metrics the message begins with which one is meant;
 ///         kEmpty and kTooLarge (`field` "metric.sources") for their number.
+/// @param stop  null: nobody; else kCancelled if it asks to while a background mesh is read.
 /// @par Cost  parsing, or O(n log n) for n background triangles.
-[[nodiscard]] Result<std::unique_ptr<MetricField>> MakeMetricField(const MetricSpec& spec,
-                                                                   const BoundingBox& box);
+[[nodiscard]] Result<std::unique_ptr<MetricField>> MakeMetricField(
+    const MetricSpec& spec, const BoundingBox& box, const StopSignal* stop = nullptr);
 
 }  // namespace pliant

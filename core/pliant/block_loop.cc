@@ -178,7 +178,7 @@ StopReason BlockLoop::RunSlice(const MetricField& field, Budget& budget, Executo
   Executor& runs_blocks = kValidateEvery ? alone : executor;
   runs_blocks.Run(static_cast<std::int32_t>(busy.size()), [&](std::int32_t i) {
     Block& block = *busy[static_cast<std::size_t>(i)];
-    block.reason = block.loop.Run(field, {share + (i < rest ? 1 : 0), budget.cancel});
+    block.reason = block.loop.Run(field, {share + (i < rest ? 1 : 0), budget.stop});
   });
   bool cancelled = false;
   for (Block* block : busy) {

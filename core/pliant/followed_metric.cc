@@ -70,14 +70,16 @@ std::vector<VertexId> LiveVertices(const Mesh& mesh) {
 Status FollowedMetric::Check(const MetricSpec& spec) { return CheckGradation(spec.gradation); }
 
 Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
-                                    std::span<const Metric> tensors) const {
+                                    std::span<const Metric> tensors, const StopSignal* stop) const {
   if (vertices.size() != tensors.size()) {
     return Error{ErrorCode::kArrayLength,
                  "there are " + std::to_string(tensors.size()) + " tensors for " +
                      std::to_string(vertices.size()) + " vertices; send one for each",
                  "metric.tensors"};
   }
+  StopPoll stopped(stop);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (stopped()) return Stopped();
     if (!mesh_.IsLive(vertices[i])) {
       return TensorError(
           ErrorCode::kIndexOutOfRange, "metric.vertex_ids", i,
@@ -94,10 +96,12 @@ Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
   return CheckDuplicates(vertices);
 }
 
-Result<WantedTensors> FollowedMetric::Evaluate(const MetricField& field) {
+Result<WantedTensors> FollowedMetric::Evaluate(const MetricField& field, const StopSignal* stop) {
   WantedTensors wanted{LiveVertices(mesh_), {}};
   wanted.tensors.reserve(wanted.vertices.size());
+  StopPoll stopped(stop);
   for (const VertexId vertex : wanted.vertices) {
+    if (stopped()) return Stopped();
     wanted.tensors.push_back(field.At(mesh_.position(vertex), edit_.Hint(vertex)));
   }
   PLIANT_RETURN_IF_ERROR(field.status());
@@ -146,20 +150,24 @@ Result<WantedTensors> FollowedMetric::SetField(std::shared_ptr<MetricField> fiel
 }
 
 Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> vertices,
-                                                 std::span<const Metric> tensors) {
+                                                 std::span<const Metric> tensors,
+                                                 const StopSignal* stop) {
   const bool has_raw = limits_.on() && committed();
+  if (state_.limits.any()) stop = nullptr;  // What was put into limits does not come out again.
+  StopPoll stopped(stop);
   if (has_raw) limits_.Follow(*base_, *RawField());
   std::vector<Metric> bounded;
   bounded.reserve(tensors.size());
   bool same = true;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (stopped()) return Stopped();
     const Metric& old = has_raw ? limits_.Raw(vertices[i]) : mesh_.metric(vertices[i]);
     bounded.push_back(Bound(tensors[i], state_.bounds));
     same = same && !Differs(old, bounded.back());
   }
   if (has_raw) return same ? LayLimits() : LimitTensors(vertices, bounded);
   if (same && !state_.limits.any()) return WantedTensors{};
-  WantedTensors wanted = FollowTensors(vertices, bounded);
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, FollowTensors(vertices, bounded, stop));
   if (!state_.limits.any()) return wanted;
   state_.limit_rounds_left = kLimitRounds;
   return Limit();
@@ -172,7 +180,7 @@ Result<WantedTensors> FollowedMetric::Carry(std::span<const VertexId> vertices,
     limits_.Follow(*base_, *RawField());
     return LimitTensors(vertices, given);
   }
-  (void)FollowTensors(vertices, given);
+  PLIANT_CHECK(FollowTensors(vertices, given, nullptr).ok());
   if (!state_.limits.any()) return WantedTensors{};
   state_.limit_rounds_left = kLimitRounds;
   return Limit();
@@ -192,16 +200,27 @@ WantedTensors FollowedMetric::LimitTensors(std::span<const VertexId> vertices,
 }
 
 /// Tensors at some vertices, and at the others what they have.
-WantedTensors FollowedMetric::FollowTensors(std::span<const VertexId> vertices,
-                                            const std::vector<Metric>& tensors) {
+Result<WantedTensors> FollowedMetric::FollowTensors(std::span<const VertexId> vertices,
+                                                    const std::vector<Metric>& tensors,
+                                                    const StopSignal* stop) {
   WantedTensors wanted{{vertices.begin(), vertices.end()}, tensors};
-  state_.spec.reset();
   if (committed()) {
+    std::shared_ptr<MetricField> copy;
+    if (WantsCopy(wanted)) {
+      copy = CopyWith(wanted, stop);
+      if (copy == nullptr) return Stopped();
+    }
+    state_.spec.reset();
     state_.source = nullptr;
     base_ = std::make_shared<FrozenMesh>(edit_);
-    FollowMesh(wanted);
+    if (copy != nullptr) {
+      field_ = std::move(copy);
+    } else {
+      FollowMesh(wanted);
+    }
     return wanted;
   }
+  state_.spec.reset();
   // Before the first commit nothing is logged: a copy, as a background mesh.
   WantedTensors sent = Evaluate(*state_.source).value();
   const auto row = [&](VertexId vertex) {
@@ -210,15 +229,20 @@ WantedTensors FollowedMetric::FollowTensors(std::span<const VertexId> vertices,
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     sent.tensors[static_cast<std::size_t>(row(vertices[i]))] = tensors[i];
   }
-  state_.source = CopyOf(sent.tensors);
+  state_.source = CopyOf(sent.tensors, nullptr);
   field_ = state_.source;
   return wanted;
 }
 
+/// True if so many tensors are better followed as a copy.
+bool FollowedMetric::WantsCopy(const WantedTensors& others) const {
+  return kCopyShare * std::ssize(others.vertices) > mesh_.vertex_count();
+}
+
 /// From now on the field is that of the mesh's tensors as they are, and of others at some vertices.
 void FollowedMetric::FollowMesh(const WantedTensors& others) {
-  if (kCopyShare * std::ssize(others.vertices) > mesh_.vertex_count()) {
-    field_ = CopyWith(others);
+  if (WantsCopy(others)) {
+    field_ = CopyWith(others, nullptr);
     return;
   }
   for (std::size_t i = 0; i < others.vertices.size(); ++i) {
@@ -227,8 +251,9 @@ void FollowedMetric::FollowMesh(const WantedTensors& others) {
   field_ = std::make_shared<NodalField>(base_);
 }
 
-/// The tensors of all vertices as a background mesh. @par Cost O(mesh)
-std::shared_ptr<MetricField> FollowedMetric::CopyWith(const WantedTensors& others) const {
+/// The tensors of all vertices as a background mesh; null if it was stopped. @par Cost O(mesh)
+std::shared_ptr<MetricField> FollowedMetric::CopyWith(const WantedTensors& others,
+                                                      const StopSignal* stop) const {
   std::vector<std::size_t> row_of(static_cast<std::size_t>(mesh_.vertex_slots()));
   std::vector<Metric> tensors;
   for (const VertexId vertex : LiveVertices(mesh_)) {
@@ -238,13 +263,16 @@ std::shared_ptr<MetricField> FollowedMetric::CopyWith(const WantedTensors& other
   for (std::size_t i = 0; i < others.vertices.size(); ++i) {
     tensors[row_of[others.vertices[i].index()]] = others.tensors[i];
   }
-  return CopyOf(std::move(tensors));
+  return CopyOf(std::move(tensors), stop);
 }
 
 /// The mesh as a background mesh with these tensors. The mesh is valid, and so are they. Hints
 /// become those of the copy, which numbers triangles in order of slot: the first question of every
-/// vertex would else walk there from anywhere.
-std::shared_ptr<MetricField> FollowedMetric::CopyOf(std::vector<Metric> tensors) const {
+/// vertex would else walk there from anywhere. Null if it was stopped.
+std::shared_ptr<MetricField> FollowedMetric::CopyOf(std::vector<Metric> tensors,
+                                                    const StopSignal* stop) const {
+  auto copy = BackgroundField::OfValid({ExportMesh(mesh_).data, std::move(tensors)}, {}, stop);
+  if (!copy.ok()) return nullptr;
   std::vector<std::int32_t> rank_of(static_cast<std::size_t>(mesh_.triangle_slots()));
   std::int32_t rank = 0;
   for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) {
@@ -253,7 +281,7 @@ std::shared_ptr<MetricField> FollowedMetric::CopyOf(std::vector<Metric> tensors)
   for (const VertexId vertex : LiveVertices(mesh_)) {
     edit_.Hint(vertex) = rank_of[mesh_.vertex(vertex).triangle.index()];
   }
-  return BackgroundField::Make({ExportMesh(mesh_).data, std::move(tensors)}, {}).value();
+  return std::move(copy).value();
 }
 
 Result<WantedTensors> FollowedMetric::Limit() {
@@ -286,7 +314,7 @@ WantedTensors FollowedMetric::LayLimits() {
   } else if (committed()) {
     FollowMesh(wanted);
   } else {
-    field_ = CopyWith(wanted);
+    field_ = CopyWith(wanted, nullptr);
   }
   return wanted;
 }

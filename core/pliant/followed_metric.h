@@ -7,6 +7,7 @@
 
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/mesh/frozen_mesh.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/metric/gradation.h"
@@ -62,7 +63,9 @@ class FollowedMetric {
 
   /// What a field wants at every vertex, for SetField. @par Cost O(mesh): a formula has to be asked
   /// at every vertex once, for nobody knows where it changed.
-  [[nodiscard]] Result<WantedTensors> Evaluate(const MetricField& field);
+  /// @param stop  null: nobody; else kCancelled if it asks to
+  [[nodiscard]] Result<WantedTensors> Evaluate(const MetricField& field,
+                                               const StopSignal* stop = nullptr);
 
   /// Follows a field from now on, as it is until limits are laid: for the first one of a session.
   /// @param spec  what it was made from, remembered to compare the next one with, unless it has a
@@ -76,13 +79,18 @@ class FollowedMetric {
 
   /// Refuses what SetTensors cannot take. Errors: those of Remesher::SetTensors.
   [[nodiscard]] Status CheckTensors(std::span<const VertexId> vertices,
-                                    std::span<const Metric> tensors) const;
+                                    std::span<const Metric> tensors,
+                                    const StopSignal* stop = nullptr) const;
 
   /// Other tensors at some vertices from now on, bounds applied; the others keep theirs. Wants
   /// nothing if none differs from what is followed. @pre CheckTensors
+  /// @param stop  null: nobody; else kCancelled if it asks to, and nothing has changed. Where
+  /// limits
+  ///              hold it is not asked.
   /// @par Cost O(k + changed since the last commit); before the first commit O(mesh)
   [[nodiscard]] Result<WantedTensors> SetTensors(std::span<const VertexId> vertices,
-                                                 std::span<const Metric> tensors);
+                                                 std::span<const Metric> tensors,
+                                                 const StopSignal* stop = nullptr);
 
   /// Tensors that vertices brought along when they were moved: the field takes them over where they
   /// are now, and over the triangles at them. @pre the mesh has them already
@@ -141,17 +149,21 @@ class FollowedMetric {
     return state_.source != nullptr && !(limits_.on() && limits_.limits_anything());
   }
   void Take(std::shared_ptr<MetricField> field, const MetricSpec* spec);
-  [[nodiscard]] WantedTensors FollowTensors(std::span<const VertexId> vertices,
-                                            const std::vector<Metric>& tensors);
+  [[nodiscard]] Result<WantedTensors> FollowTensors(std::span<const VertexId> vertices,
+                                                    const std::vector<Metric>& tensors,
+                                                    const StopSignal* stop);
   [[nodiscard]] WantedTensors LimitTensors(std::span<const VertexId> vertices,
                                            const std::vector<Metric>& tensors);
   [[nodiscard]] Status LoadLimits();
   [[nodiscard]] Result<WantedTensors> LimitAnew();
   [[nodiscard]] WantedTensors LayLimits();
+  [[nodiscard]] bool WantsCopy(const WantedTensors& others) const;
   void FollowMesh(const WantedTensors& others);
   void FollowCommitted();
-  [[nodiscard]] std::shared_ptr<MetricField> CopyWith(const WantedTensors& others) const;
-  [[nodiscard]] std::shared_ptr<MetricField> CopyOf(std::vector<Metric> tensors) const;
+  [[nodiscard]] std::shared_ptr<MetricField> CopyWith(const WantedTensors& others,
+                                                      const StopSignal* stop) const;
+  [[nodiscard]] std::shared_ptr<MetricField> CopyOf(std::vector<Metric> tensors,
+                                                    const StopSignal* stop) const;
 
   MeshEdit& edit_;
   const Mesh& mesh_;

@@ -64,6 +64,7 @@ void PliantLoop::BeginUpdate(const LoopSettings& settings) {
   state_.settings = settings;
   state_.mending = Mending::kNotBegun;
   state_.allowance.BeginUpdate(mesh_);
+  waking_.clear();
 }
 
 StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
@@ -72,8 +73,7 @@ StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
   if constexpr (kValidateEvery) audit_.Sync(mesh_);
   while (!state_.queue.empty() || !mender_.done()) {
     if (visits >= budget.visits_max) return StopReason::kVisitBudget;
-    if (budget.cancel != nullptr && visits % kVisitsBetweenPolls == 0 &&
-        budget.cancel->load(std::memory_order_relaxed)) {
+    if (budget.stop != nullptr && visits % kVisitsBetweenPolls == 0 && budget.stop->asked()) {
       return StopReason::kCancelled;
     }
     if (paper && state_.visits_in_update / options_.visits_per_vertex_max >=
@@ -177,15 +177,12 @@ bool PliantLoop::MarkAwake(VertexId node) {
   return enters;
 }
 
-void PliantLoop::WakeAll(const MetricField& field, Executor& executor) {
+bool PliantLoop::WakeAll(const MetricField& field, Executor& executor) {
   const Chunks chunks(mesh_.vertex_slots());
-  struct Woken {
-    std::vector<VertexId> old_nodes;
-    std::vector<VertexId> new_nodes;
-  };
-  std::vector<Woken> woken(static_cast<std::size_t>(chunks.count()));
+  waking_.resize(static_cast<std::size_t>(chunks.count()));
   executor.Run(chunks.count(), [&](std::int32_t chunk) {
-    Woken& nodes = woken[static_cast<std::size_t>(chunk)];
+    Woken& nodes = waking_[static_cast<std::size_t>(chunk)];
+    if (nodes.done) return;
     std::int32_t last_hint = MetricField::kNoHint;
     for (std::int64_t v = chunks.begin(chunk); v < chunks.end(chunk); ++v) {
       const VertexId node(static_cast<std::int32_t>(v));
@@ -198,9 +195,13 @@ void PliantLoop::WakeAll(const MetricField& field, Executor& executor) {
       last_hint = mesh_.hint(node);
       if (MarkAwake(node)) (is_new ? nodes.new_nodes : nodes.old_nodes).push_back(node);
     }
+    nodes.done = true;
   });
-  for (const Woken& nodes : woken) TakeOver(nodes.old_nodes);
-  for (const Woken& nodes : woken) TakeOver(nodes.new_nodes);
+  if (executor.stopped()) return false;
+  for (const Woken& nodes : waking_) TakeOver(nodes.old_nodes);
+  for (const Woken& nodes : waking_) TakeOver(nodes.new_nodes);
+  waking_.clear();
+  return true;
 }
 
 void PliantLoop::Enter(VertexId node, int hop) {

@@ -88,8 +88,9 @@ class PliantLoop {
 
   /// Gives every vertex the field's metric and wakes it: first those that an update has reached
   /// before, then the new ones, each in order of slot.
+  /// @return false if the executor was stopped: another call goes on, and must before anything else
   /// @pre the field answers any number of threads at once
-  void WakeAll(const MetricField& field, Executor& executor);
+  [[nodiscard]] bool WakeAll(const MetricField& field, Executor& executor);
 
   /// Halves long edges in bulk where the metric has become much finer: one visit of the loop splits
   /// one edge, and a lattice that is torn open in this way takes nine visits for each new node to
@@ -162,6 +163,13 @@ class PliantLoop {
     double alpha = 0;
   };
 
+  /// What WakeAll has woken in one part of the mesh.
+  struct Woken {
+    std::vector<VertexId> old_nodes;
+    std::vector<VertexId> new_nodes;
+    bool done = false;
+  };
+
   /// Has the memory fetch what the next visits read: without it a visit in a large mesh spends a
   /// fifth of its time on waiting for the first triangle.
   void PrefetchAhead(const MetricField& field) const;
@@ -232,6 +240,7 @@ class PliantLoop {
   State state_;
   VisitAudit audit_;  // Idle unless kValidateEvery.
   std::vector<VertexId> aside_;
+  std::vector<Woken> waking_;  // Empty unless WakeAll was stopped.
 };
 
 }  // namespace pliant

@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/stoppable_executor.h"
 #include "core/pliant/refine.h"
 
 namespace pliant {
@@ -124,10 +125,13 @@ NestedBuild::NestedBuild(MeshEdit& edit, PliantLoop& loop, std::shared_ptr<const
     }
   }
   InlineExecutor alone;  // The coarsest level is small.
-  StartLevel(levels, first, alone);
+  StartLevel(levels, first);
+  (void)Wake(alone);
 }
 
 StopReason NestedBuild::Run(const Budget& budget, const Helpers& helpers) {
+  StoppableExecutor executor(helpers.executor(), budget.stop);
+  if (!Wake(executor)) return StopReason::kCancelled;
   if (!std::exchange(begun_, true) && BlockLoop::Suits(edit_.mesh(), options_, helpers.rule())) {
     blocks_.emplace(edit_, loop_, options_, helpers.rule());
   }
@@ -136,21 +140,25 @@ StopReason NestedBuild::Run(const Budget& budget, const Helpers& helpers) {
 }
 
 std::int64_t NestedBuild::active_count() const {
-  return loop_.active_count() + (blocks_ ? blocks_->active_count() : 0);
+  const std::int64_t count = loop_.active_count() + (blocks_ ? blocks_->active_count() : 0);
+  return waking_ || (count == 0 && level_ > 0) ? edit_.mesh().vertex_count() : count;
 }
 
-void NestedBuild::NextLevel(const Helpers& helpers) {
+bool NestedBuild::NextLevel(const Helpers& helpers, const StopSignal* stop) {
   PLIANT_CHECK(level_ > 0);
-  Executor& executor = helpers.executor();
+  StoppableExecutor executor(helpers.executor(), stop);
   const double growth = ScaleOf(level_ - 1) / ScaleOf(level_);
   const std::vector<EdgeSplit> splits = PlanRefinement(edit_.mesh(), growth, executor);
+  if (executor.stopped()) return false;
   if (edit_.mesh().vertex_count() + std::ssize(splits) > options_.vertices_max) {
     Finish(helpers);  // The loop inserts one by one up to the limit and counts what it refuses.
-    return;
+    return true;
   }
-  edit_.Refine(splits,
-               is_coarsest_ ? TrianglesAlongCurve(edit_.mesh()) : TrianglesBySlot(edit_.mesh()),
-               executor);
+  if (!edit_.Refine(
+          splits, is_coarsest_ ? TrianglesAlongCurve(edit_.mesh()) : TrianglesBySlot(edit_.mesh()),
+          executor)) {
+    return false;
+  }
   is_coarsest_ = false;
   LoopSettings fine = settings_;
   fine.age_cooling = 6;
@@ -158,14 +166,18 @@ void NestedBuild::NextLevel(const Helpers& helpers) {
   const bool last = level_ == 1;
   fine.speed_threshold = last ? settings_.speed_threshold : 0.02;
   fine.neighbor_threshold = last ? std::max(0.05, settings_.neighbor_threshold) : 0.02;
-  StartLevel(level_ - 1, fine, executor);
+  StartLevel(level_ - 1, fine);
+  return true;
 }
 
 void NestedBuild::Finish(const Helpers& helpers) {
-  if (level_ > 0) StartLevel(0, settings_, helpers.executor());
+  // Nodes that were woken and are in no queue would be lost to the next level.
+  (void)Wake(helpers.executor());
+  if (level_ > 0) StartLevel(0, settings_);
+  (void)Wake(helpers.executor());
 }
 
-void NestedBuild::StartLevel(int level, const LoopSettings& settings, Executor& executor) {
+void NestedBuild::StartLevel(int level, const LoopSettings& settings) {
   if (blocks_) blocks_->Leave();
   blocks_.reset();
   begun_ = false;
@@ -173,9 +185,15 @@ void NestedBuild::StartLevel(int level, const LoopSettings& settings, Executor& 
   const double scale = ScaleOf(level);
   level_field_ = level == 0 ? field_ : std::make_shared<ScaledField>(field_, scale);
   loop_.BeginUpdate(settings);
-  // First those of the coarser mesh, which are at rest but for the change of level, then the new
-  // ones between them: one visit in fifty less than in plain order of slots.
-  loop_.WakeAll(*level_field_, executor);
+  waking_ = true;
+}
+
+/// First those of the coarser mesh, which are at rest but for the change of level, then the new
+/// ones between them: one visit in fifty less than in plain order of slots.
+/// @return false if the executor was stopped
+bool NestedBuild::Wake(Executor& executor) {
+  if (waking_ && loop_.WakeAll(*level_field_, executor)) waking_ = false;
+  return !waking_;
 }
 
 }  // namespace pliant

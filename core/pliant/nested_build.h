@@ -46,7 +46,7 @@ class NestedBuild {
   /// Runs the loop on this level, as PliantLoop::Run does; a large one in blocks.
   StopReason Run(const Budget& budget, const Helpers& helpers);
 
-  /// Nodes that wait on this level.
+  /// Nodes that wait on this level; all of them if those of the next one are to be woken.
   [[nodiscard]] std::int64_t active_count() const;
 
   /// Levels still to come after this one; 0 on the last.
@@ -54,14 +54,16 @@ class NestedBuild {
 
   /// Refines the converged mesh and sets up the next level; the last one without refinement if that
   /// would pass the limit of vertices. @pre levels_left() > 0, and Run has ended
-  void NextLevel(const Helpers& helpers);
+  /// @param stop  null: nobody. @return false if it asked to stop: then nothing has changed
+  [[nodiscard]] bool NextLevel(const Helpers& helpers, const StopSignal* stop);
 
   /// Gives up the levels that are left: the full metric at all vertices, all of them awake, with
   /// the settings of an update.
   void Finish(const Helpers& helpers);
 
  private:
-  void StartLevel(int level, const LoopSettings& settings, Executor& executor);
+  void StartLevel(int level, const LoopSettings& settings);
+  [[nodiscard]] bool Wake(Executor& executor);
 
   MeshEdit& edit_;
   PliantLoop& loop_;
@@ -71,6 +73,7 @@ class NestedBuild {
   const LoopSettings settings_;
   int level_ = 0;
   bool is_coarsest_ = true;          // No level was refined yet: slots are in order of insertion.
+  bool waking_ = false;              // The level's nodes are still to be woken.
   bool begun_ = false;               // Run has been called on this level,
   std::optional<BlockLoop> blocks_;  // and found that it is large.
 };

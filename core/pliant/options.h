@@ -1,7 +1,8 @@
 #pragma once
 
-#include <atomic>
 #include <cstdint>
+
+#include "core/base/stop_signal.h"
 
 namespace pliant {
 
@@ -81,8 +82,8 @@ struct Options {
 struct Budget {
   /// At most this many visits. > 0.
   std::int64_t visits_max = INT64_MAX;
-  /// Polled every few visits if given; true ends the step. Not owned.
-  const std::atomic<bool>* cancel = nullptr;
+  /// Asked every few visits, and within longer work, if given; a yes ends the step. Not owned.
+  const StopSignal* stop = nullptr;
 };
 
 }  // namespace pliant

@@ -118,6 +118,7 @@ Status Remesher::SetConstraints(const Constraints& constraints) {
 }
 Status Remesher::SetOptions(const Options& options) { return impl_->SetOptions(options); }
 Result<Progress> Remesher::Step(const Budget& budget) { return impl_->Step(budget); }
+void Remesher::ListenTo(const StopSignal* stop) { impl_->ListenTo(stop); }
 void Remesher::UseHelpers(const Helpers& helpers) { impl_->UseHelpers(helpers); }
 std::vector<Trouble> Remesher::FindTroubles() const { return impl_->FindTroubles(); }
 MeshDiff Remesher::Commit() { return impl_->Commit(); }

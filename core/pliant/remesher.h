@@ -93,6 +93,12 @@ class Remesher {
   /// any bit; a rule other than the default does, and is for tests.
   void UseHelpers(const Helpers& helpers);
 
+  /// Who may end SetMetric, SetField and SetTensors before they take the metric over, from now on:
+  /// they then return kCancelled, and everything is as it was. What follows, some tens of ns a
+  /// vertex, is not interrupted, nor are limits once they are laid.
+  /// @param stop  not owned; null: nobody
+  void ListenTo(const StopSignal* stop);
+
   /// Carries out a change of the mesh that is not the loop's (core/motion has them), gives moved
   /// vertices the metric of where they are now, and wakes what was disturbed. On an error
   /// everything stays as it was, with what this revision had changed before. Ends a first build

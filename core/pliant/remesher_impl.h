@@ -56,6 +56,7 @@ class Remesher::Impl {
   static Result<std::unique_ptr<Impl>> Load(std::span<const std::byte> bytes);
   [[nodiscard]] Result<RevisionDelta> ReadDelta(std::span<const std::byte> bytes) const;
 
+  void ListenTo(const StopSignal* stop) { stop_ = stop; }
   void UseHelpers(const Helpers& helpers) { helpers_ = helpers; }
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] const MetricField& field() const { return followed_.field(); }
@@ -96,6 +97,7 @@ class Remesher::Impl {
 
   Options options_;
   Helpers helpers_;
+  const StopSignal* stop_ = nullptr;  // Of metric updates; a step has one in its budget.
   Mesh mesh_;
   MeshEdit edit_;
   PliantLoop loop_;

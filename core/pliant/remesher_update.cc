@@ -35,12 +35,12 @@ Status Remesher::Impl::SetSpec(const MetricSpec& spec) {
   // What vertices carried along is another metric than the specification that they had it from.
   if (followed_.Follows(spec) && carriers_.empty()) return {};
   PLIANT_RETURN_IF_ERROR(FollowedMetric::Check(spec));
-  PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<MetricField> field, MakeMetricField(spec, box_));
+  PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<MetricField> field, MakeMetricField(spec, box_, stop_));
   return SetField(std::move(field), &spec);
 }
 
 Status Remesher::Impl::SetField(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
-  PLIANT_ASSIGN_OR_RETURN(WantedTensors raw, followed_.Evaluate(*field));
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors raw, followed_.Evaluate(*field, stop_));
   LeaveNestedBuild();
   carriers_.clear();  // Another field replaces what they carried.
   PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted,
@@ -53,10 +53,12 @@ Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
                                   std::span<const Metric> tensors) {
   const std::vector<VertexId> all = given.empty() ? LiveVertices(mesh_) : std::vector<VertexId>();
   const std::span<const VertexId> vertices = given.empty() ? std::span(all) : given;
-  PLIANT_RETURN_IF_ERROR(followed_.CheckTensors(vertices, tensors));
+  PLIANT_RETURN_IF_ERROR(followed_.CheckTensors(vertices, tensors, stop_));
+  // What comes next may change something already.
+  const StopSignal* const stop = nested_ || !carriers_.empty() ? nullptr : stop_;
   LeaveNestedBuild();
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
-  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.SetTensors(vertices, tensors));
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.SetTensors(vertices, tensors, stop));
   if (!wanted.vertices.empty()) Apply(std::move(wanted));
   return {};
 }
@@ -169,8 +171,9 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
     budget.visits_max -= loop_.counts().visits - visits_before;
     if (!Ended(progress.stop_reason)) break;
     if (nested_ && nested_->levels_left() > 0) {
-      nested_->NextLevel(helpers_);
-      continue;
+      if (nested_->NextLevel(helpers_, budget.stop)) continue;
+      progress.stop_reason = StopReason::kCancelled;
+      break;
     }
     nested_.reset();
     PLIANT_RETURN_IF_ERROR(LimitAgain());

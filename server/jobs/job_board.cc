@@ -141,7 +141,7 @@ std::optional<JobBoard::Start> JobBoard::TakeNext() {
   Entry& entry = entries_.at(number);
   entry.info.state = JobState::kRunning;
   entry.info.progress = JobProgress{};
-  entry.stop = std::make_shared<std::atomic<bool>>(false);
+  entry.stop = std::make_shared<StopFlag>();
   places_[number] = entry.info.key.tenant;
   return Start{.info = entry.info, .stop = entry.stop};
 }
@@ -211,8 +211,8 @@ const JobBoard::Entry* JobBoard::FindSeen(const JobKey& key) const {
 Result<JobInfo> JobBoard::Find(const JobKey& key) const {
   const std::lock_guard lock(mutex_);
   if (const Entry* entry = FindSeen(key)) return entry->info;
-  return Error{ErrorCode::kJobNotFound, "there is no job '" + key.job_id + "'; its time may be over",
-               "job_id"};
+  return Error{ErrorCode::kJobNotFound,
+               "there is no job '" + key.job_id + "'; its time may be over", "job_id"};
 }
 
 JobBoard::Page JobBoard::List(const std::string& tenant, std::int64_t before,
@@ -236,14 +236,14 @@ JobBoard::Page JobBoard::List(const std::string& tenant, std::int64_t before,
 Result<JobBoard::Cancelled> JobBoard::Cancel(const JobKey& key) {
   const std::lock_guard lock(mutex_);
   if (FindSeen(key) == nullptr) {
-    return Error{ErrorCode::kJobNotFound, "there is no job '" + key.job_id + "'; its time may be over",
-                 "job_id"};
+    return Error{ErrorCode::kJobNotFound,
+                 "there is no job '" + key.job_id + "'; its time may be over", "job_id"};
   }
   Entry& entry = entries_.at(numbers_.at(key));
   if (HasEnded(entry.info.state) || entry.ending) return Cancelled{.info = entry.info};
   Tenant& tenant = tenants_[key.tenant];
   tenant.queue.erase(PlaceInQueue(entry.info));
-  if (entry.stop != nullptr) *entry.stop = true;
+  if (entry.stop != nullptr) entry.stop->Set(true);
   tenant.bytes -= entry.info.input_size;
   bytes_ -= entry.info.input_size;
   entry.info.input_size = 0;
@@ -287,7 +287,7 @@ JobBoard::Unfinished JobBoard::StopAll() {
     if (entry.info.state == JobState::kQueued && !entry.reserved) ++unfinished.queued;
     if (entry.info.state != JobState::kRunning || entry.ending) continue;
     ++unfinished.running;
-    *entry.stop = true;
+    entry.stop->Set(true);
   }
   return unfinished;
 }

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <atomic>
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
@@ -15,6 +14,7 @@
 
 #include "core/base/result.h"
 #include "core/base/rng.h"
+#include "core/base/stop_signal.h"
 #include "server/clock.h"
 #include "server/jobs/job.h"
 
@@ -43,7 +43,7 @@ class JobBoard {
   /// A job that is to run now.
   struct Start {
     JobInfo info;
-    std::shared_ptr<const std::atomic<bool>> stop;  ///< Set when it should.
+    std::shared_ptr<const StopFlag> stop;  ///< Set when it should.
   };
   /// Some of a tenant's jobs, newest first.
   struct Page {
@@ -103,7 +103,7 @@ class JobBoard {
     JobInfo info;
     bool reserved = true;  // Not seen yet.
     bool ending = false;
-    std::shared_ptr<std::atomic<bool>> stop;  // Not null while the job holds a place.
+    std::shared_ptr<StopFlag> stop;  // Not null while the job holds a place.
   };
   struct Tenant {
     std::set<std::pair<std::int64_t, std::int64_t>> queue;  // (-priority, number): first goes next.

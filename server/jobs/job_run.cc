@@ -27,7 +27,7 @@ Task::Outcome JobRun::RunSlice(Clock::Time slice_end) {
 
 // One stage a slice, or as much of the loop as fits into it.
 Task::Outcome JobRun::RunUnguarded(Clock::Time slice_end) {
-  if (start_.stop->load()) {
+  if (start_.stop->asked()) {
     over_ = true;
     LeaveMemory();
     environment_.on_stopped(start_.info.number);
@@ -65,7 +65,7 @@ Status JobRun::Continue(Clock::Time slice_end) {
     PLIANT_ASSIGN_OR_RETURN(
         progress_, engine_->Step({.visits_max = std::min(spec_.visits_max - progress_.counts.visits,
                                                          environment_.visits_per_step),
-                                  .cancel = start_.stop.get()}));
+                                  .stop = start_.stop.get()}));
     PLIANT_RETURN_IF_ERROR(Account());
     const Clock::Time now = clock.Now();
     compute_ += now - step_begin;

@@ -60,7 +60,7 @@ class Phases {
                               {"visits", loop_.counts().visits - visits_before},
                               {"loop_cpu_s", run.cpu}};
       if (nested_->levels_left() > 0) {
-        level["refine_cpu_s"] = TimeOf([&] { nested_->NextLevel(alone_); }).cpu;
+        level["refine_cpu_s"] = TimeOf([&] { (void)nested_->NextLevel(alone_, nullptr); }).cpu;
         report_["levels"].push_back(level);
         continue;
       }

@@ -14,6 +14,8 @@
 #include <vector>
 
 #include "client/cpp/client.h"
+#include "core/base/rng.h"
+#include "core/base/stop_signal.h"
 #include "core/pliant/remesher.h"
 #include "server/engine.h"
 #include "server/limits.h"
@@ -167,7 +169,90 @@ json Overhead(int workers, double nodes, int updates) {
           {"cpu_ratio_median", cpu_ratios[cpu_ratios.size() / 2]}};
 }
 
-/// How long a worker is busy without a look at the clock or at a cancel: a first build and two
+MetricSpec DentedFormula(double nodes) {
+  const std::string size = std::to_string(SizeFor(nodes));
+  return {.source = SizeMetric{size + "*(1 - 0.2*exp(-400*((x-0.5)^2 + (y-0.5)^2)))"}};
+}
+
+std::unique_ptr<server::Engine> NewEngine(double nodes) {
+  return Must(server::RemesherFactory()(
+      {.start = Square(), .metric = Uniform(SizeFor(nodes)), .options = {}}));
+}
+
+/// Steps as a session does, until there is nothing left to do or somebody asks to stop.
+void StepToTheEnd(server::Engine& engine, const StopSignal* stop) {
+  StopReason reason = StopReason::kVisitBudget;
+  while (reason == StopReason::kVisitBudget) {
+    reason = Must(engine.Step({.visits_max = server::kVisitsPerStep, .stop = stop})).stop_reason;
+  }
+}
+
+/// Has some work stopped at random moments. @return how long it took from each request to the end
+/// of the work, where it had not ended before; `undo` is called after each time
+template <class Work, class Undo>
+json StopAtRandom(double duration, int trials, Rng& rng, const Work& work, const Undo& undo) {
+  std::vector<double> latencies;
+  for (int i = 0; i < trials; ++i) {
+    StopFlag stop;
+    steady_clock::time_point asked;
+    const auto wait = std::chrono::duration<double>(duration * rng.Unit());
+    std::thread stopper([&] {
+      std::this_thread::sleep_for(wait);
+      asked = steady_clock::now();
+      stop.Set(true);
+    });
+    work(&stop);
+    const auto end = steady_clock::now();
+    stopper.join();
+    undo();
+    if (end > asked) latencies.push_back(Seconds(end - asked));
+  }
+  return latencies.empty() ? json{{"count", 0}} : Percentiles(latencies);
+}
+
+/// How soon a first build and the staging of updates end when they are told to.
+json Cancels(double nodes, int trials) {
+  Rng rng(/*seed=*/5);
+  json result;
+  const auto time = [](const auto& work) {
+    const auto begin = steady_clock::now();
+    work();
+    return Seconds(steady_clock::now() - begin);
+  };
+  std::unique_ptr<server::Engine> engine = NewEngine(nodes);
+  const double build = time([&] { StepToTheEnd(*engine, nullptr); });
+  (void)engine->Commit();
+  std::unique_ptr<server::Engine> other;
+  result["build"] = StopAtRandom(
+      build, trials, rng,
+      [&](const StopSignal* stop) {
+        other = NewEngine(nodes);
+        StepToTheEnd(*other, stop);
+      },
+      [&] { other = nullptr; });
+  const std::vector<VertexId> vertices = engine->Vertices();
+  const std::vector<Metric> tensors(vertices.size(), Metric::Isotropic(0.98 * SizeFor(nodes)));
+  const auto stage = [&](const std::string& name, const auto& update) {
+    const double duration = time([&] { Must(update()); });
+    const auto undo = [&] {
+      engine->ListenTo(nullptr);
+      engine->Rollback();
+    };
+    undo();
+    const auto work = [&](const StopSignal* stop) {
+      engine->ListenTo(stop);
+      (void)update();
+    };
+    result[name] = StopAtRandom(duration, trials, rng, work, undo);
+    result[name]["whole_ms"] = 1e3 * duration;
+  };
+  stage("stage_formula", [&] { return engine->SetMetric(DentedFormula(nodes)); });
+  stage("stage_all_tensors", [&] { return engine->SetTensors(vertices, tensors); });
+  result["build"]["whole_ms"] = 1e3 * build;
+  return {{"nodes", vertices.size()}, {"phases", result}};
+}
+
+/// How long a worker is busy without a look at the clock: a first build and two
 /// updates as a session runs them, step by step.
 json Stretches(double nodes) {
   json phases;
@@ -177,10 +262,7 @@ json Stretches(double nodes) {
     phases[phase] = 1e3 * Seconds(steady_clock::now() - begin);
   };
   std::unique_ptr<server::Engine> engine;
-  time("read_input_ms", [&] {
-    engine = Must(server::RemesherFactory()(
-        {.start = Square(), .metric = Uniform(SizeFor(nodes)), .options = {}}));
-  });
+  time("read_input_ms", [&] { engine = NewEngine(nodes); });
   const auto run = [&](const std::string& phase) {
     std::vector<double> steps;
     for (bool more = true; more;) {
@@ -197,9 +279,7 @@ json Stretches(double nodes) {
     time(phase + "_undo_ms", [&] { (void)engine->TakeUndo(); });
   };
   run("build");
-  const std::string size = std::to_string(SizeFor(nodes));
-  const std::string field = size + "*(1 - 0.2*exp(-400*((x-0.5)^2 + (y-0.5)^2)))";
-  time("stage_formula_ms", [&] { Must(engine->SetMetric({.source = SizeMetric{field}})); });
+  time("stage_formula_ms", [&] { Must(engine->SetMetric(DentedFormula(nodes))); });
   run("formula");
   const std::vector<VertexId> vertices = engine->Vertices();
   const std::vector<Metric> tensors(vertices.size(), Metric::Isotropic(0.98 * SizeFor(nodes)));
@@ -220,9 +300,9 @@ int Main(int argc, char** argv) {
   int count = 1'000;
   int seconds = 20;
   int threads = 8;
-  app.add_option("what", what, "fairness, sessions, overhead or stretches")
+  app.add_option("what", what, "fairness, sessions, overhead, stretches or cancels")
       ->required()
-      ->check(CLI::IsMember({"fairness", "sessions", "overhead", "stretches"}));
+      ->check(CLI::IsMember({"fairness", "sessions", "overhead", "stretches", "cancels"}));
   app.add_option("--workers", workers, "Of the server")->capture_default_str();
   app.add_option("--nodes", nodes, "Of the large mesh; 0: 1,000,000, for overhead 100,000");
   app.add_option("--updates", updates, "To measure")->capture_default_str();
@@ -235,6 +315,8 @@ int Main(int argc, char** argv) {
     result = Fairness(workers, nodes > 0 ? nodes : 1e6, updates);
   } else if (what == "stretches") {
     result = Stretches(nodes > 0 ? nodes : 1e6);
+  } else if (what == "cancels") {
+    result = Cancels(nodes > 0 ? nodes : 1e6, updates);
   } else if (what == "sessions") {
     result = Sessions(workers, count, seconds, threads);
   } else {

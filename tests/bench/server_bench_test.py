@@ -34,6 +34,9 @@ def main():
     for phase in ("build", "formula", "tensors"):
         check_percentiles(phases[phase])
         assert phases[phase + "_commit_ms"] > 0
+    phases = run("cancels", "--nodes", "20000", "--updates", "5")["phases"]
+    for phase in ("build", "stage_formula", "stage_all_tensors"):
+        assert phases[phase]["count"] <= 5 and phases[phase]["whole_ms"] > 0, phases
 
 
 if __name__ == "__main__":

@@ -264,6 +264,64 @@ TEST(Session, HonoursACancelThatComesBeforeItsAdvanceBegins) {
   EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 2).progress.counts.visits, 0);
 }
 
+// Goal: a cancel reaches an update that is being staged; the stage is as before, and because the
+// client may have sent the rest of the step already, none of it is committed.
+TEST(Session, RefusesAnUpdateThatIsCancelledWhileItIsStaged) {
+  SessionHarness harness;
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1), kMetric(2, 1.0)});
+  harness.script->during_update = [&] { harness.session->CancelAdvance(3); };
+  editor->events.clear();
+  editor->commands = {kMetric(3, 2.0), Advance(4)};
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_THAT(editor->Log(), ElementsAre("rejected 3", "rejected 4"));
+  EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 0).error.code, ErrorCode::kCancelled);
+  EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 1).error.code, ErrorCode::kUpdateRejected);
+}
+
+// Goal: nobody waits for an update whose client has gone: it counts as never sent, what was staged
+// before stays, and the client that comes back sends it again.
+TEST(Session, ForgetsAnUpdateWhoseEditorGoesWhileItIsStaged) {
+  SessionHarness harness;
+  const auto first = std::make_shared<FakeEditor>();
+  harness.script->during_update = [&, count = 0]() mutable {
+    if (++count == 2) harness.session->Detach(first.get());
+  };
+  first->commands = {OpenCommand{}, Advance(1), kMetric(2, 1.0), kMetric(3, 2.0)};
+  ASSERT_TRUE(harness.session->Attach(first).ok());
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_THAT(first->Log(), ElementsAre("opened", "diff 1", "advanced 1", "accepted 2"));
+  const auto second = harness.Edit({OpenCommand{}, kMetric(3, 2.0), Advance(4)});
+  EXPECT_EQ(BodyOf<OpenedEvent>(*second, 0).last_update_id, 2);
+  EXPECT_EQ(BodyOf<AcceptedEvent>(*second, 2).staged_count, 2);
+  EXPECT_THAT(second->Log(),
+              ElementsAre("opened", "snapshot", "accepted 3", "diff 4", "advanced 4"));
+}
+
+TEST(Session, EndsWhileAnUpdateIsStaged) {
+  SessionHarness harness;
+  harness.script->during_update = [&] {
+    harness.session->Close({ErrorCode::kSessionNotFound, "deleted", {}});
+  };
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1), kMetric(2, 1.0)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "advanced 1"));
+  EXPECT_TRUE(editor->closed.has_value());
+}
+
+// Goal: the time of an advance ends a step that would take long, but not the first one.
+// Method: each step takes 60 ms before it looks, of the 100 that there are.
+TEST(Session, EndsAStepWhenTheTimeOfItsAdvanceIsOver) {
+  SessionHarness harness({.visits_needed = 10'000});
+  harness.script->during_step = [&] { harness.clock.Advance(std::chrono::milliseconds(60)); };
+  const auto editor =
+      harness.Edit({OpenCommand{}, Advance(1, {.time_max = std::chrono::milliseconds(100)})});
+  const auto& advanced = BodyOf<AdvancedEvent>(*editor, 2);
+  EXPECT_EQ(advanced.end, AdvanceEnd::kTimeBudget);
+  EXPECT_EQ(advanced.progress.counts.visits, kVisitsPerStep) << "the second step saw the time";
+  EXPECT_GT(advanced.progress.active_count, 0);
+}
+
 TEST(Session, GoesBackWhenTheMetricHasNoValueWhereAVertexWent) {
   SessionHarness harness;
   const auto editor = harness.Edit({OpenCommand{}, Advance(1), kMetric(2, 1.0)});

@@ -4,6 +4,7 @@
 #include <chrono>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -39,6 +40,9 @@ struct FakeEngineScript {
   std::optional<Error> create_error = {};
   std::optional<Error> step_error = {};
   std::optional<Error> update_error = {};
+  std::function<void()> during_update = {};  ///< Called while an update is staged.
+  /// Called while a step runs, before it looks whether it should stop.
+  std::function<void()> during_step = {};
   double motion_fraction = 1;  ///< What a motion reaches.
   bool throw_in_step = false;
   bool throw_in_commit = false;
@@ -64,6 +68,7 @@ class FakeEngine final : public Engine {
                              std::to_string(tensors.size()));
     return Update();
   }
+  void ListenTo(const StopSignal* stop) override { stop_ = stop; }
   Result<MotionReport> Move(const MotionRequest& request) override {
     script_->calls.push_back("move " + std::to_string(request.vertices.size()) + "/" +
                              std::to_string(request.tags.size()));
@@ -105,7 +110,8 @@ class FakeEngine final : public Engine {
     Progress progress;
     progress.counts.visits = visits_;
     progress.active_count = work_;
-    if (budget.cancel != nullptr && budget.cancel->load()) {
+    if (script_->during_step) script_->during_step();
+    if (budget.stop != nullptr && budget.stop->asked()) {
       progress.stop_reason = StopReason::kCancelled;
       return progress;
     }
@@ -169,11 +175,14 @@ class FakeEngine final : public Engine {
  private:
   Status Update() {
     if (script_->update_error) return *script_->update_error;
+    if (script_->during_update) script_->during_update();
+    if (stop_ != nullptr && stop_->asked()) return Stopped();
     work_ += script_->visits_per_update;
     return {};
   }
 
   std::shared_ptr<FakeEngineScript> script_;
+  const StopSignal* stop_ = nullptr;
   std::int64_t work_ = 0;
   std::int64_t committed_work_ = 0;
   std::int64_t visits_ = 0;

@@ -149,8 +149,8 @@ TEST(BlockLoop, CanBeLeftAtAnyPoint) {
   for (const std::int64_t visits : {3'000, 5'000, 6'000, 9'000, 10'000, 11'000}) {
     const auto remesher = Start(testing::GaussianCase(4'000), Helpers(nullptr, kSmallBlocks));
     ASSERT_EQ(remesher->Step({.visits_max = visits})->stop_reason, StopReason::kVisitBudget);
-    std::atomic<bool> cancel = true;
-    EXPECT_EQ(remesher->Step({.cancel = &cancel})->stop_reason, StopReason::kCancelled);
+    const StopFlag stop(true);
+    EXPECT_EQ(remesher->Step({.stop = &stop})->stop_reason, StopReason::kCancelled);
     remesher->Commit();
     ASSERT_EQ(Faults(remesher->mesh()), "");
     ASSERT_EQ(remesher->Step({})->stop_reason, StopReason::kConverged);

@@ -23,7 +23,7 @@ class FinishedMesh {
     NestedBuild build(edit_, loop_, field_, Options{});
     const Helpers helpers;
     while (build.Run(Budget{}, helpers) == StopReason::kConverged && build.levels_left() > 0) {
-      build.NextLevel(helpers);
+      EXPECT_TRUE(build.NextLevel(helpers, nullptr));
     }
     Mend();
     edit_.Compact();

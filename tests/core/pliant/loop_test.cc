@@ -124,8 +124,8 @@ TEST(PliantLoop, AConvergedMeshWokenAgainHardlyChanges) {
 
 TEST(PliantLoop, StopsWithinAFewVisitsOfACancel) {
   Session session(testing::GaussianCase(5000), {});
-  std::atomic<bool> cancel = true;
-  EXPECT_EQ(session.loop.Run(*session.field, {.cancel = &cancel}), StopReason::kCancelled);
+  const StopFlag stop(true);
+  EXPECT_EQ(session.loop.Run(*session.field, {.stop = &stop}), StopReason::kCancelled);
   EXPECT_LE(session.loop.counts().visits, 256);
 }
 

@@ -31,7 +31,7 @@ TEST(NestedBuild, QuadruplesFromLevelToLevelAndStaysValid) {
     EXPECT_NEAR(mesh.vertex_count() / expected, 1, 0.15) << build.levels_left() << " levels left";
     expected *= 4;
     if (build.levels_left() == 0) break;
-    build.NextLevel(Helpers());
+    ASSERT_TRUE(build.NextLevel(Helpers(), nullptr));
     ASSERT_EQ(Validate(mesh), std::vector<std::string>());
   }
 }

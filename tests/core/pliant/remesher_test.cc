@@ -295,14 +295,14 @@ TEST(Remesher, RollbackToACommitWithActiveNodesGoesOnFromThere) {
 
 TEST(Remesher, CancelEndsAStepSoonAndLeavesAValidMesh) {
   const auto remesher = StartWithSize("0.02");
-  std::atomic<bool> cancel = true;
-  const auto progress = remesher->Step({.cancel = &cancel});
+  StopFlag stop(true);
+  const auto progress = remesher->Step({.stop = &stop});
   ASSERT_TRUE(progress.ok());
   EXPECT_EQ(progress->stop_reason, StopReason::kCancelled);
   EXPECT_LE(progress->counts.visits, 256);
   EXPECT_EQ(Faults(remesher->mesh()), "");
-  cancel = false;
-  EXPECT_EQ(remesher->Step({.cancel = &cancel})->stop_reason, StopReason::kConverged);
+  stop.Set(false);
+  EXPECT_EQ(remesher->Step({.stop = &stop})->stop_reason, StopReason::kConverged);
 }
 
 // A commit does not wait for the end; what is unfinished goes on, also beside a new update.

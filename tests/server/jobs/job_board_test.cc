@@ -166,11 +166,11 @@ TEST_F(JobBoardTest, CancelsAtOnceWhatWaitsAndKeepsThePlaceOfWhatRuns) {
   const JobBoard::Start start = board_->TakeNext().value();
   EXPECT_TRUE(board_->Cancel({"t", "b"}).value().changed);
   EXPECT_EQ(StateOf("b"), JobState::kCancelled);
-  EXPECT_FALSE(*start.stop);
+  EXPECT_FALSE(start.stop->asked());
   const JobBoard::Cancelled cancelled = board_->Cancel({"t", "a"}).value();
   EXPECT_TRUE(cancelled.changed);
   EXPECT_EQ(cancelled.info.state, JobState::kCancelled);
-  EXPECT_TRUE(*start.stop);
+  EXPECT_TRUE(start.stop->asked());
   EXPECT_FALSE(board_->Cancel({"t", "a"}).value().changed) << "the second time";
   EXPECT_FALSE(board_->TakeNext().has_value()) << "its work has not stopped";
   EXPECT_FALSE(board_->BeginEnd(start.info.number, {}).has_value()) << "it stays cancelled";
@@ -255,7 +255,7 @@ TEST_F(JobBoardTest, StopsEverythingAtShutdown) {
   const JobBoard::Unfinished unfinished = board_->StopAll();
   EXPECT_EQ(unfinished.queued, 1U);
   EXPECT_EQ(unfinished.running, 1U);
-  EXPECT_TRUE(*start.stop);
+  EXPECT_TRUE(start.stop->asked());
   board_->GiveBack(start.info.number);
   EXPECT_FALSE(board_->TakeNext().has_value());
   EXPECT_EQ(TrySubmit({.key = {"t", "c"}}).error().code, ErrorCode::kUnavailable);

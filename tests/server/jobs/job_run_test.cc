@@ -46,7 +46,7 @@ struct RunHarness {
   Log log{LogLevel::kError, LogFormat::kText};
   MemoryJobStore store;
   std::shared_ptr<FakeEngineScript> script;
-  std::shared_ptr<std::atomic<bool>> stop = std::make_shared<std::atomic<bool>>(false);
+  std::shared_ptr<StopFlag> stop = std::make_shared<StopFlag>();
   std::optional<JobProgress> progress;
   std::optional<JobEnd> end;
   int end_count = 0;
@@ -91,7 +91,7 @@ TEST(JobRun, KeepsToItsBudgets) {
 TEST(JobRun, StopsInTheSliceAfterItIsTold) {
   RunHarness harness({.visits_needed = INT64_MAX / 2});
   for (int i = 0; i < 5; ++i) EXPECT_EQ(harness.Slice(), Task::Outcome::kMore);
-  *harness.stop = true;
+  harness.stop->Set(true);
   EXPECT_EQ(harness.Slice(), Task::Outcome::kIdle);
   EXPECT_EQ(harness.stopped_count, 1);
   EXPECT_EQ(harness.end_count, 0);
