@@ -100,6 +100,7 @@ class Refinement {
       });
     });
     ReserveTouched(triangles, begins.back() + begins.back() / kSlackShare, executor_);
+    if (executor_.stopped()) return;  // Who stops does not want to wait for the memory either.
     triangles.resize(begins.back());
   }
 
@@ -132,8 +133,10 @@ class Refinement {
   /// Gives vertices their new slots: the given ones keep theirs, the others get them in the order
   /// in which triangles first have them.
   void NumberVertices() {
+    if (executor_.stopped()) return;
     const std::size_t count = static_cast<std::size_t>(mesh_.vertex_count()) + splits_.size();
     ReserveTouched(vertices, count + count / kSlackShare, executor_);
+    if (executor_.stopped()) return;
     vertices.resize(count);
     hints.reserve(count + count / kSlackShare);
     hints.resize(count);

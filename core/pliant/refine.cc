@@ -72,6 +72,7 @@ class RefinementPlan {
     });
     std::partial_sum(begins.begin(), begins.end(), begins.begin());
     ReserveTouched(splits_, begins.back(), executor_);
+    if (executor_.stopped()) return;  // Who stops does not want to wait for the memory either.
     splits_.resize(begins.back());
     boldness_.assign(begins.back(), Boldness::kGeodesic);
     executor_.Run(chunks.count(), [&](std::int32_t chunk) {

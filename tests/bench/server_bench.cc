@@ -231,7 +231,7 @@ json Cancels(double nodes, int trials) {
       },
       [&] { other = nullptr; });
   const std::vector<VertexId> vertices = engine->Vertices();
-  const std::vector<Metric> tensors(vertices.size(), Metric::Isotropic(0.98 * SizeFor(nodes)));
+  const std::vector<Metric> tensors(vertices.size(), Metric::Isotropic(0.9 * SizeFor(nodes)));
   const auto stage = [&](const std::string& name, const auto& update) {
     const double duration = time([&] { Must(update()); });
     const auto undo = [&] {
