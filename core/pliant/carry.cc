@@ -20,6 +20,10 @@ constexpr std::size_t kSamples = 96;
 constexpr double kCarriedShare = 0.5;
 /// A vertex is carried if that leaves this share of the change of its tensor, or less.
 constexpr double kChangeLeft = 0.5;
+/// And if the new metric changes by this much, as a multiple of the tolerance, over the shift. It
+/// is a rule of the place: tensors remember changes below the tolerance of updates before, and a
+/// band that goes by these has a ragged rim, which runs over vertices far beyond the front.
+constexpr double kRimOfBand = 1.5;
 
 class Carrier {
  public:
@@ -97,6 +101,7 @@ class Carrier {
       const Metric& old = mesh_.metric(vertex);
       const std::optional<Metric> ahead = MetricAhead(vertex);
       if (!ahead) continue;
+      if (!(RelativeChange(wanted.tensors[i], *ahead) > kRimOfBand * tolerance_)) continue;
       const double left = RelativeChange(old, *ahead);
       if (left <= std::max(tolerance_, kChangeLeft * RelativeChange(old, wanted.tensors[i]))) {
         Carry(vertex, *ahead);

@@ -15,6 +15,12 @@
 namespace pliant {
 namespace {
 
+/// A triangle that not all corners have moved with is left asleep if its edges are between these,
+/// squared, and its Q is not below this: the loop would find nothing to do there.
+constexpr double kSquaredShort = 0.8 * 0.8;
+constexpr double kSquaredLong = 1.25 * 1.25;
+constexpr double kQualityKept = 0.95;
+
 /// A triangle lower than this, in metric length, that has lost half of its height is not kept.
 constexpr double kLowHeight = 0.2;
 constexpr double kHeightLost = 0.5;
@@ -77,8 +83,8 @@ class Displacer {
     return true;
   }
 
-  /// Triangles that are inverted now, or much flatter. Notes the corners of those that some corners
-  /// have left.
+  /// Triangles that are inverted now, or much flatter. Notes the corners of those that have lost
+  /// their shape because not all of them moved.
   std::vector<TriangleId> FindSpoiled() {
     std::vector<TriangleId> spoiled;
     for (const Displacement& one : list_) {
@@ -89,9 +95,10 @@ class Displacer {
         const bool together = Moves(v[0]) && Moves(v[1]) && Moves(v[2]);
         // Of three that have it, the lowest looks at a triangle.
         if (together && one.vertex != std::min({v[0], v[1], v[2]})) continue;
-        if (!together) displaced_.disturbed.insert(displaced_.disturbed.end(), v.begin(), v.end());
         const bool positive =
             Orient2d(mesh_.position(v[0]), mesh_.position(v[1]), mesh_.position(v[2])) > 0;
+        if (!together && !(positive && IsGood(triangle)))
+          displaced_.disturbed.insert(displaced_.disturbed.end(), v.begin(), v.end());
         if (!positive || (!together && IsFlattened(triangle))) spoiled.push_back(id);
       }
     }
@@ -112,6 +119,25 @@ class Displacer {
     const double now = height({mesh_.position(v[0]), mesh_.position(v[1]), mesh_.position(v[2])});
     return now < kLowHeight &&
            now < kHeightLost * height({Before(v[0]), Before(v[1]), Before(v[2])});
+  }
+
+  /// Whether edges and shape of a triangle are good, now.
+  [[nodiscard]] bool IsGood(const TriangleRecord& triangle) const {
+    const auto& v = triangle.vertices;
+    double sum = 0;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t j = (i + 1) % 3;
+      const double squared = SquaredLength(0.5 * (mesh_.metric(v[i]) + mesh_.metric(v[j])),
+                                           mesh_.position(v[j]) - mesh_.position(v[i]));
+      if (!(kSquaredShort <= squared && squared <= kSquaredLong)) return false;
+      sum += squared;
+    }
+    const Metric all = mesh_.metric(v[0]) + mesh_.metric(v[1]) + mesh_.metric(v[2]);
+    const double area = Cross(mesh_.position(v[1]) - mesh_.position(v[0]),
+                              mesh_.position(v[2]) - mesh_.position(v[0])) *
+                        std::sqrt(Determinant(all)) / 3;
+    // Q of eq. 5.
+    return 2 * std::sqrt(3.0) * area >= kQualityKept * sum;
   }
 
   MeshEdit& edit_;

@@ -63,6 +63,7 @@ void PliantLoop::BeginUpdate(const LoopSettings& settings) {
   state_.visits_in_update = 0;
   state_.settings = settings;
   state_.mending = Mending::kNotBegun;
+  insert_above_ = 1;
   state_.allowance.BeginUpdate(mesh_);
   waking_.clear();
 }
@@ -133,12 +134,12 @@ void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
 PliantLoop::Heat PliantLoop::HeatOf(const VisitState& visit) const {
   const LoopSettings& settings = state_.settings;
   if (options_.variant == Variant::kPaper || visit.age <= settings.age_cooling) {
-    return {1, 1, settings.alpha};
+    return {1, insert_above_, settings.alpha};
   }
   const double x = std::clamp(static_cast<double>(visit.age - settings.age_cooling) /
                                   (settings.age_max - settings.age_cooling),
                               0.0, 1.0);
-  return {1 - x, 1 + 2 * x, settings.alpha * (1 - 0.8 * x)};
+  return {1 - x, insert_above_ + 2 * x, settings.alpha * (1 - 0.8 * x)};
 }
 
 VisitState PliantLoop::CurrentVisit(VertexId node) const {
@@ -329,6 +330,7 @@ double PliantLoop::MovePatch(const MetricField& field, double alpha) {
   const Vec2 target = mesh_.position(node) + step;
   if (!IsFinite(step) || !patch_.StaysPositive(target)) return 0;
   const double speed = std::sqrt(SquaredLength(mesh_.metric(node), step));
+  if (IsRest(speed)) return 0;
   edit_.MoveVertex(node, target);
   AddDrift(node, step);
   RefreshMetric(field, node);
@@ -374,6 +376,7 @@ double PliantLoop::MoveFree(const MetricField& field, Vec2 step) {
   const VertexId node = star_.center();
   const Vec2 target = mesh_.position(node) + step;
   const double speed = std::sqrt(SquaredLength(mesh_.metric(node), step));
+  if (IsRest(speed)) return 0;
   if (StaysPositive(target)) {
     edit_.MoveVertex(node, target);
   } else if (options_.variant != Variant::kPaper || !options_.permissions.surface ||
@@ -398,6 +401,7 @@ double PliantLoop::MoveOnSegment(const MetricField& field, Vec2 step) {
   const double t = edge.parameters[1] + InnerProduct(metric, step, direction) / squared;
   if (!(edge.parameters[0] < t && t < mesh_.edge(after).parameters[1])) return 0;
   const double speed = std::fabs(t - edge.parameters[1]) * std::sqrt(squared);
+  if (IsRest(speed)) return 0;
   if (!StaysPositive(mesh_.PointOnSegment(edge.segment, t))) return 0;
   AddDrift(node, (t - edge.parameters[1]) * direction);
   edit_.SlideVertex(node, t);

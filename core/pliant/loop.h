@@ -83,6 +83,11 @@ class PliantLoop {
   /// Begins an update: ages and hops count from zero again.
   void BeginUpdate(const LoopSettings& settings);
 
+  /// For the rest of this update, or until the next commit: edges are split above an extent of 1.1
+  /// instead of 1. With the threshold of a build, what a front leaves behind that was carried on
+  /// has 8 % more nodes than its metric asks for.
+  void InsertLess() { insert_above_ = 1.1; }
+
   /// Wakes a node whose metric or geometry has changed: hop 0, age 0, as if it were new.
   void Wake(VertexId node);
 
@@ -144,7 +149,11 @@ class PliantLoop {
   void Restore(State state);
 
   [[nodiscard]] const LoopCounts& counts() const { return state_.counts; }
-  void ResetCounts() { state_.counts = {}; }
+  void ResetCounts() {
+    state_.counts = {};
+    first_epoch_ = state_.epoch;
+    insert_above_ = 1;
+  }
   /// Nodes waiting, an upper bound while some have died in the queue.
   [[nodiscard]] std::int64_t active_count() const {
     return static_cast<std::int64_t>(state_.queue.size() + mender_.waiting_count());
@@ -214,6 +223,15 @@ class PliantLoop {
   double MovePatch(const MetricField& field, double alpha);
   /// @return metric length of the step taken, 0 if the node stayed.
   double Move(const MetricField& field, double alpha);
+  /// Whether the loop follows a change of a mesh that was finished, and not the paper's rules.
+  [[nodiscard]] bool IsUpdate() const {
+    return edit_.committed() != Revision::kNone && options_.variant != Variant::kPaper;
+  }
+  /// Whether a step is so short, half of what would keep its node awake, that an update does not
+  /// take it: a visit that finds nothing to do leaves every bit as it was.
+  [[nodiscard]] bool IsRest(double speed) const {
+    return 2 * speed <= state_.settings.speed_threshold && IsUpdate();
+  }
   double MoveFree(const MetricField& field, Vec2 step);
   double MoveOnSegment(const MetricField& field, Vec2 step);
   [[nodiscard]] bool StaysPositive(Vec2 center) const;
@@ -238,7 +256,9 @@ class PliantLoop {
   Star star_;
   Patch patch_;
   State state_;
-  VisitAudit audit_;  // Idle unless kValidateEvery.
+  double insert_above_ = 1;        // Not in the state: a commit and a way back end it.
+  std::uint32_t first_epoch_ = 0;  // Nodes reached since the last commit have this or a later one.
+  VisitAudit audit_;               // Idle unless kValidateEvery.
   std::vector<VertexId> aside_;
   std::vector<Woken> waking_;  // Empty unless WakeAll was stopped.
 };

@@ -12,7 +12,7 @@ bool PliantLoop::Mend() {
   if (options_.variant == Variant::kPaper) state_.mending = Mending::kDone;
   switch (state_.mending) {
     case Mending::kNotBegun:
-      mender_.Start(state_.epoch);
+      mender_.Start(state_.epoch, first_epoch_);
       state_.mending = Mending::kFirst;
       return true;
     case Mending::kFirst:
@@ -27,7 +27,8 @@ bool PliantLoop::Mend() {
       state_.mending = Mending::kSettling;
       return true;
     case Mending::kSettling:
-      mender_.Start(state_.epoch - 1);  // Settling has an epoch of its own.
+      // Settling has an epoch of its own, and nobody else has moved since the first mending.
+      mender_.Start(state_.epoch - 1, state_.epoch);
       state_.mending = Mending::kLast;
       return true;
     case Mending::kLast:
@@ -63,6 +64,8 @@ void PliantLoop::Restore(State state) {
   SetOptions(state.options);
   mender_.Restore(std::exchange(state.mender, {}));
   state_ = std::move(state);
+  first_epoch_ = state_.epoch;
+  insert_above_ = 1;
 }
 
 }  // namespace pliant

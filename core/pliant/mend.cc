@@ -88,22 +88,26 @@ void SortAndDropRepeats(std::vector<VertexId>& nodes) {
 
 }  // namespace
 
-void Mender::Start(std::uint32_t warm_since) {
+void Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since) {
   state_.warm_since = warm_since;
   if (!permissions_.move) return;
   std::vector<VertexId> nodes(state_.waiting.begin() + static_cast<std::ptrdiff_t>(state_.next),
                               state_.waiting.end());
   if (edit_.committed() != Revision::kNone) {
+    const auto is_reached = [&](VertexId id) {
+      const VertexRecord& record = mesh_.vertex(id);
+      return record.touched && record.visit.epoch >= reached_since;
+    };
     for (const auto& entry : edit_.log().vertices) {
       const VertexId id = entry.first;
-      if (!mesh_.IsLive(id)) continue;
+      if (!mesh_.IsLive(id) || !is_reached(id)) continue;
       for (const TriangleId fan : FansOf(mesh_, id)) {
         star_.Gather(mesh_, id, fan);
         for (const TriangleId t : star_.triangles()) {
-          // Of several that the log has, the first looks at a triangle.
+          // Of several that are reached, the first looks at a triangle.
           const auto& v = mesh_.triangle(t).vertices;
           const bool is_first = std::all_of(v.begin(), v.end(), [&](VertexId corner) {
-            return corner >= id || !mesh_.vertex(corner).touched;
+            return corner >= id || !is_reached(corner);
           });
           if (is_first) AddCornersOf(t, nodes);
         }

@@ -44,11 +44,13 @@ class Mender {
   void Permit(const Permissions& permissions) { permissions_ = permissions; }
 
   /// Looks for bad triangles and lets their vertices wait for a visit: before the first commit
-  /// everywhere, after it at the vertices that have changed since the last one.
+  /// everywhere, after it at the vertices that have changed since the last one and were reached by
+  /// the loop: those that were carried along as a piece of a lattice are as good as they were.
   /// @param warm_since the epoch of the update: nodes that have been visited since, and are not
   /// cold, are those whose metric has changed
+  /// @param reached_since  the epoch since which nodes count as reached
   /// @par Cost O(changed); before the first commit O(mesh)
-  void Start(std::uint32_t warm_since);
+  void Start(std::uint32_t warm_since, std::uint32_t reached_since);
 
   [[nodiscard]] bool done() const { return state_.next == state_.waiting.size(); }
   [[nodiscard]] std::size_t waiting_count() const { return state_.waiting.size() - state_.next; }

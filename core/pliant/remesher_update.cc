@@ -247,7 +247,10 @@ void Remesher::Impl::Apply(WantedTensors wanted) {
         CarryAlong(edit_, followed_.field(), std::move(wanted), options_.metric_tolerance);
     wanted = std::move(carried.wanted);
     disturbed = std::move(carried.disturbed);
-    if (carried.carried_count > 0) followed_.MeshMoved();
+    if (carried.carried_count > 0) {
+      followed_.MeshMoved();
+      loop_.InsertLess();
+    }
   }
   for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
     if (!followed_.Differs(mesh_.metric(wanted.vertices[i]), wanted.tensors[i])) continue;

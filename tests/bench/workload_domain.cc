@@ -42,7 +42,7 @@ Result<nlohmann::json> RunDomain(Remesher& remesher, const Request& request) {
   for (int run = 0; run < request.repeat; ++run) {
     for (const auto& [domain, updates] :
          {std::pair(&holed, &opens), std::pair(&instance.domain, &closes)}) {
-      untouched.Before(remesher.mesh(), [](Vec2) { return true; });
+      untouched.Before(remesher.mesh(), [](const VertexRecord&) { return true; });
       PLIANT_ASSIGN_OR_RETURN(Update update, RunOne(remesher, [&]() -> Status {
                                 PLIANT_ASSIGN_OR_RETURN(const DomainReport report,
                                                         ReplaceDomain(remesher, *domain));

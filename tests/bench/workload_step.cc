@@ -53,14 +53,14 @@ nlohmann::json JsonOf(const std::vector<Update>& updates) {
           {"visits", Median(visits)}};
 }
 
-void Untouched::Before(const Mesh& mesh, const std::function<bool(Vec2)>& inside) {
+void Untouched::Before(const Mesh& mesh, const std::function<bool(const VertexRecord&)>& inside) {
   outside_.assign(static_cast<std::size_t>(mesh.vertex_slots()), false);
   live_ = 0;
   outside_count_ = 0;
   for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
     if (!mesh.vertex(VertexId(v)).live) continue;
     ++live_;
-    outside_[static_cast<std::size_t>(v)] = !inside(mesh.position(VertexId(v)));
+    outside_[static_cast<std::size_t>(v)] = !inside(mesh.vertex(VertexId(v)));
     outside_count_ += outside_[static_cast<std::size_t>(v)] ? 1 : 0;
   }
 }

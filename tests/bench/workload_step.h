@@ -27,8 +27,8 @@ struct Update {
 /// How much of a mesh an update leaves as it was, counted over the steps of a run.
 class Untouched {
  public:
-  /// Before an update: @param inside  whether its metric changes at a place
-  void Before(const Mesh& mesh, const std::function<bool(Vec2)>& inside);
+  /// Before an update: @param inside  whether it is about a vertex
+  void Before(const Mesh& mesh, const std::function<bool(const VertexRecord&)>& inside);
   /// After it: `snapshot` is the whole mesh.
   void After(const MeshDiff& diff, const MeshDiff& snapshot);
 

@@ -217,7 +217,7 @@ Result<nlohmann::json> RunBody(Remesher& remesher, const Request& request) {
       motion.tags = {{{kBodyTag}, Translation{{by, 0}}}};
     }
     PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(moving));
-    untouched.Before(remesher.mesh(), [](Vec2) { return true; });
+    untouched.Before(remesher.mesh(), [](const VertexRecord&) { return true; });
     PLIANT_ASSIGN_OR_RETURN(Update update, RunOne(remesher, [&]() -> Status {
                               PLIANT_ASSIGN_OR_RETURN(const MotionReport report,
                                                       MoveVertices(remesher, motion));

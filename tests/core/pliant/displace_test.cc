@@ -5,9 +5,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 #include <vector>
 
 #include "core/base/rng.h"
+#include "core/mesh/export_mesh.h"
 #include "core/mesh/validate.h"
 #include "core/pliant/frozen.h"
 #include "core/pliant/remesher.h"
@@ -59,6 +61,34 @@ TEST(Displace, LosesWhoWouldLeaveTheDomain) {
   EXPECT_EQ(Faults(grid->mesh), "");
   EXPECT_NEAR(Area(grid->mesh), 144, 1e-9);
   EXPECT_FALSE(grid->mesh.IsLive(At(7, 5)));
+}
+
+// Goal: whoever's triangles keep their shape when others go a little way is not disturbed; where
+// they lose it, he is. Method: a lattice, of which a block of 1/4 moves by a twentieth and by half
+// of an edge; its rim has some 60 triangles that not all corners have moved with.
+TEST(Displace, DisturbsOnlyWhereTrianglesLoseTheirShape) {
+  testing::Case uniform = testing::DiscCase(1'000, testing::DiscState::kOff);
+  const auto session = *Remesher::Create(uniform.domain, std::move(uniform.field), {});
+  ASSERT_TRUE(session->Step({}).ok());
+  (void)session->Commit();
+  const double edge = 1 / std::sqrt(session->mesh().metric(VertexId(0)).m11);
+  std::size_t disturbed[2] = {};
+  for (const bool is_far : {false, true}) {
+    auto copy = testing::ImportedMesh(ExportMesh(session->mesh()).data);
+    std::vector<Displacement> block;
+    for (const VertexId vertex : testing::LiveVertices(copy->mesh)) {
+      copy->edit.SetMetric(vertex, session->mesh().metric(VertexId(0)));
+      const Vec2 p = copy->mesh.position(vertex);
+      if (std::abs(p.x - 0.5) > 0.25 || std::abs(p.y - 0.5) > 0.25) continue;
+      block.push_back({vertex, p + Vec2{(is_far ? 0.5 : 0.05) * edge, 0}});
+    }
+    const std::optional<Displaced> displaced = Displace(copy->edit, block);
+    ASSERT_TRUE(displaced.has_value());
+    EXPECT_EQ(Faults(copy->mesh), "");
+    disturbed[is_far ? 1 : 0] = displaced->disturbed.size();
+  }
+  EXPECT_LT(3 * disturbed[0], disturbed[1]);
+  EXPECT_GT(disturbed[1], 60U);
 }
 
 // Goal: what is frozen stays, also where others are sent over it.

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
@@ -228,6 +229,28 @@ TEST(PliantLoop, HalvingKeepsToTheVertexLimitAndToPermissions) {
     EXPECT_EQ(session.made->mesh.vertex_count(), before + (may_insert ? 100 : 0));
     EXPECT_EQ(Faults(session.made->mesh), "");
   }
+}
+
+// Goal: an update that wakes a whole mesh at rest leaves the bits of most nodes as they are: steps
+// that are far too short to go on with are not taken. Method: every node of a committed mesh is
+// woken with the metric that it has; if all steps are taken, all nodes move.
+TEST(PliantLoop, AnUpdateLeavesMostNodesAtRestWhereTheyAre) {
+  Session session(testing::GaussianCase(1'000), {});
+  session.loop.Run(*session.field, {});
+  const Mesh& mesh = session.made->mesh;
+  const std::vector<VertexId> nodes = testing::LiveVertices(mesh);
+  (void)session.made->edit.Commit(Revision{1});
+  std::vector<Vec2> before;
+  for (const VertexId id : nodes) before.push_back(mesh.position(id));
+  session.loop.BeginUpdate(SettingsOf({}));
+  session.WakeAll();
+  session.loop.Run(*session.field, {});
+  EXPECT_GE(session.loop.counts().visits, std::ssize(nodes));
+  std::int64_t moved = 0;
+  for (std::size_t i = 0; i < nodes.size(); ++i) {
+    moved += mesh.IsLive(nodes[i]) && mesh.position(nodes[i]) == before[i] ? 0 : 1;
+  }
+  EXPECT_LT(2 * moved, std::ssize(nodes));
 }
 
 }  // namespace

@@ -34,7 +34,7 @@ struct Patchwork {
     }
   }
   void Run() {
-    mender.Start(0);
+    mender.Start(0, 0);
     while (!mender.done()) mender.VisitNext(field);
     EXPECT_TRUE(Validate(mesh).empty());
   }
@@ -133,7 +133,7 @@ TEST(Mender, EndsWhereNothingHelps) {
 TEST(Mender, RespectsPermissions) {
   Patchwork patchwork(Hexagon({0.6, 0.3}));
   Mender mender(patchwork.edit, Permissions{.move = false});
-  mender.Start(0);
+  mender.Start(0, 0);
   EXPECT_TRUE(mender.done());
 }
 
@@ -141,10 +141,22 @@ TEST(Mender, RespectsPermissions) {
 TEST(Mender, LooksOnlyAtWhatHasChangedAfterACommit) {
   Patchwork patchwork(Hexagon({0.6, 0.3}));
   patchwork.edit.Commit(Revision{1});
-  patchwork.mender.Start(0);
+  patchwork.mender.Start(0, 0);
   EXPECT_TRUE(patchwork.mender.done());
   patchwork.edit.MoveVertex(VertexId(6), {0.6, 0.2});
-  patchwork.mender.Start(0);
+  patchwork.mender.Start(0, 0);
+  EXPECT_FALSE(patchwork.mender.done());
+}
+
+// Goal: what was put elsewhere without a visit of the loop is not looked at, because whoever
+// carries it along has looked; what the loop has reached is.
+TEST(Mender, LooksOnlyAtWhatTheLoopHasReached) {
+  Patchwork patchwork(Hexagon({0.6, 0.3}));
+  patchwork.edit.Commit(Revision{1});
+  patchwork.edit.Visit(VertexId(6)).epoch = 4;
+  patchwork.mender.Start(4, 5);
+  EXPECT_TRUE(patchwork.mender.done());
+  patchwork.mender.Start(4, 4);
   EXPECT_FALSE(patchwork.mender.done());
 }
 

@@ -103,7 +103,7 @@ double ErrorAfterUpdate(double size, FieldLocation location, TransferKind kind) 
   const auto remesher = StartWithSize(size);
   Set(*remesher, "f", location, kind, smooth);
   MetricSpec spec;
-  spec.source = SizeMetric{std::to_string(0.93 * size)};
+  spec.source = SizeMetric{std::to_string(0.85 * size)};
   PLIANT_CHECK(remesher->SetMetric(spec).ok());
   PLIANT_CHECK(remesher->Step({}).ok());
   const auto rows = *remesher->CommitAndTransfer().transfer;
