@@ -5,6 +5,10 @@
 
 A file that passed is not looked at again until it, one of our headers that it includes, its
 command line or the checks change: a stamp in BUILD/clang_tidy has the hash of all of these.
+
+Most of clang-tidy's time goes into headers, those of gRPC first. So files that share a command line
+are written one after the other into one, which is analysed once: a quarter of the time. What cannot
+stand together, because two files give different things the same name, is analysed by itself.
 """
 
 import argparse
@@ -23,15 +27,23 @@ import cxx
 
 TOP = pathlib.Path(__file__).resolve().parents[2]
 FOLDERS = ("core", "proto", "server", "client")
+GROUP = 24  # Files in one; more would leave cores idle at the end.
 
 
 def commands(build, regex):
-    """(source, command line) of each of our sources that the build compiles."""
+    """The command line of each of our sources that the build compiles, by source.
+
+    Of a source that is compiled twice it is the line with the most checks inside the code, which
+    leaves nothing out.
+    """
+    found = {}
     for entry in json.loads((build / "compile_commands.json").read_text()):
         source = pathlib.Path(entry["directory"], entry["file"]).resolve()
         if TOP in source.parents and source.relative_to(TOP).parts[0] in FOLDERS:
             if re.search(regex, str(source.relative_to(TOP))):
-                yield source, entry["command"]
+                if source not in found or "-DPLIANT_VALIDATE_EVERY" in entry["command"]:
+                    found[source] = re.sub(r" -fPI[CE]| -o .*", "", entry["command"])
+    return found
 
 
 def digest(source, command, common):
@@ -52,14 +64,62 @@ def digest(source, command, common):
     return hasher.hexdigest()
 
 
-def analyse(program, build, source):
-    """What clang-tidy complains about in `source`; empty if nothing."""
+def groups(sources):
+    """Lists of at most GROUP of the (source, command) pairs that can be analysed as one file."""
+    open_groups = {}
+    for source, command in sources:
+        declared = set(re.findall(r"^using .*;", source.read_text(), re.MULTILINE))
+        members, usings = open_groups.get(command, ([], set()))
+        # The same declaration in two files would hide that one of them does not use it.
+        if len(members) == GROUP or declared & usings:
+            yield members
+            members, usings = [], set()
+        open_groups[command] = (members + [source], usings | declared)
+    yield from (members for members, _ in open_groups.values())
+
+
+class Joined:
+    """A file with the text of several, which knows where each of its lines comes from."""
+
+    def __init__(self, path, sources):
+        self.path = path
+        self.origins = []
+        text = []
+        for source in sources:
+            lines = source.read_text().splitlines()
+            text += lines
+            self.origins += [(source, number) for number in range(1, len(lines) + 1)]
+        path.write_text("\n".join(text) + "\n")
+
+    def translate(self, complaint):
+        """`complaint` with the places in the joined file replaced by those in its sources."""
+        def origin(match):
+            source, number = self.origins[int(match[1]) - 1]
+            return f"{source}:{number}"
+        return re.sub(re.escape(str(self.path)) + r":(\d+)", origin, complaint)
+
+
+def analyse(program, file, command):
+    """What clang-tidy complains about in `file`; empty if nothing."""
     done = subprocess.run(
-        [program, "-p", str(build), "--quiet",
+        [program, "--quiet", f"--config-file={TOP / '.clang-tidy'}",
          # Warnings that only gcc knows are no news here.
-         "--extra-arg=-Wno-unknown-warning-option", str(source)],
+         "--extra-arg=-Wno-unknown-warning-option", str(file), "--", *shlex.split(command)[1:]],
         capture_output=True, text=True, check=False)
     return "" if done.returncode == 0 else done.stdout + done.stderr
+
+
+def complaints(program, folder, sources, command):
+    """(source, complaint) of each of `sources`, which share the command line."""
+    if len(sources) > 1:
+        name = hashlib.sha256("\n".join(map(str, sources)).encode()).hexdigest()[:16]
+        joined = Joined(folder / f"{name}.cc", sources)
+        complaint = joined.translate(analyse(program, joined.path, command))
+        joined.path.unlink()
+        if not complaint:
+            return [(source, "") for source in sources]
+    # One of them has a fault, or they cannot stand together.
+    return [(source, analyse(program, source, command)) for source in sources]
 
 
 def main():
@@ -75,29 +135,29 @@ def main():
     stamps = arguments.build / "clang_tidy"
     stamps.mkdir(exist_ok=True)
 
-    def one(item):
-        source, command = item
-        stamp = stamps / digest(source, command, common)
-        if stamp.exists():
-            return source, None, 0.0
-        start = time.monotonic()
-        complaint = analyse(arguments.clang_tidy, arguments.build, source)
-        if not complaint:
-            stamp.touch()
-        return source, complaint, time.monotonic() - start
+    sources = commands(arguments.build, arguments.regex)
+    stamp = {source: stamps / digest(source, command, common)
+             for source, command in sources.items()}
+    fresh = [item for item in sorted(sources.items()) if not stamp[item[0]].exists()]
 
-    work = sorted(commands(arguments.build, arguments.regex))
+    def look(group):
+        start = time.monotonic()
+        found = complaints(arguments.clang_tidy, stamps, group, sources[group[0]])
+        for source, complaint in found:
+            if not complaint:
+                stamp[source].touch()
+        return found, time.monotonic() - start
+
     with concurrent.futures.ThreadPoolExecutor(arguments.jobs) as pool:
-        results = list(pool.map(one, work))
-    for source, complaint, seconds in results:
-        if complaint is not None:
-            print(f"{seconds:6.1f} s  {source.relative_to(TOP)}")
-        if complaint:
-            print(complaint)
-    fresh = sum(complaint is not None for _, complaint, _ in results)
-    failed = sum(bool(complaint) for _, complaint, _ in results)
-    print(f"{len(results)} files, {fresh} looked at, {failed} with complaints")
-    return 1 if failed or not results else 0
+        results = list(pool.map(look, groups(fresh)))
+    for found, seconds in results:
+        print(f"{seconds:6.1f} s  " + " ".join(str(s.relative_to(TOP)) for s, _ in found))
+        for _, complaint in found:
+            if complaint:
+                print(complaint)
+    failed = sum(bool(complaint) for found, _ in results for _, complaint in found)
+    print(f"{len(sources)} files, {len(fresh)} looked at, {failed} with complaints")
+    return 1 if failed or not sources else 0
 
 
 if __name__ == "__main__":
