@@ -7,8 +7,8 @@
 #include <string>
 
 #include "pliant/v1/session.pb.h"
-#include "server/blobs.h"
 #include "server/service.h"
+#include "server/upload.h"
 
 namespace pliant::server {
 
@@ -18,32 +18,28 @@ namespace pliant::server {
                                               const ServiceContext& context,
                                               const std::string& field);
 
+/// Makes a session known that was started for the caller; takes its id back if `started` is an
+/// error or nobody waits for it any more. Returns how the call ends.
+[[nodiscard]] grpc::Status Admit(const ServiceContext& context, const std::string& tenant,
+                                 const std::shared_ptr<Session>& session, const Status& started,
+                                 const grpc::CallbackServerContext& call);
+
 /// One CreateSession: takes the upload, then has the session built on a worker.
-///
-/// *Threads*: gRPC's callbacks follow each other; the worker's answer comes after the last of them
-/// that touches anything.
-class Creation final : public grpc::ServerReadReactor<v1::CreateSessionRequest> {
+class Creation final : public Upload<v1::CreateSessionRequest, v1::CreateSession> {
  public:
-  /// @param context, call, response  outlive the call. gRPC owns the result.
+  /// @param context, call, response  outlive the call.
   Creation(const ServiceContext& context, grpc::CallbackServerContext* call,
            v1::CreateSessionResponse* response);
 
-  void OnReadDone(bool ok) override;
-  void OnDone() override;
-
  private:
-  Status Take(v1::CreateSessionRequest& request);
-  Status Begin();
+  v1::CreateSession* LastIn(v1::CreateSessionRequest& request) override;
+  Status Begin(v1::CreateSession create) override;
   void Complete(const std::shared_ptr<Session>& session, const Status& status);
 
   const ServiceContext& context_;
   grpc::CallbackServerContext* const call_;
   v1::CreateSessionResponse* const response_;
   const std::string request_id_;
-  const std::optional<std::string> tenant_;  // Of the caller; nothing: refused.
-  v1::CreateSessionRequest request_;
-  BlobAssembler blobs_;
-  std::optional<v1::CreateSession> create_;
 };
 
 }  // namespace pliant::server

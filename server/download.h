@@ -5,14 +5,18 @@
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
+#include <string>
 #include <utility>
 #include <vector>
 
 #include "core/base/result.h"
 #include "pliant/v1/mesh.pb.h"
+#include "server/access.h"
 #include "server/blobs.h"
 #include "server/call_counter.h"
 #include "server/error_status.h"
+#include "server/limits.h"
 
 namespace pliant::server {
 
@@ -28,16 +32,17 @@ template <class Response>
   return messages;
 }
 
-/// Sends the messages of one GetMesh or FetchResult, one write in flight. Whoever made it calls Run
-/// or Fail exactly once, from any thread; gRPC owns it from then on.
+/// Sends the messages of one GetMesh, ExportSession or FetchResult, one write in flight. Whoever
+/// made it calls Run or Fail exactly once, from any thread; gRPC owns it from then on.
 ///
 /// *Threads*: Run and the callbacks follow each other; nothing is shared.
 template <class Response>
 class Download final : public grpc::ServerWriteReactor<Response> {
  public:
-  /// @param active  count of downloads, raised by the maker and lowered at the end.
+  /// @param active  count of downloads, lowered at the end.
   /// @param calls   counts this call. Both outlive it.
   Download(std::atomic<int>& active, CallCounter& calls) : active_(active), calls_(calls) {
+    ++active_;
     calls_.Begin();
   }
 
@@ -79,5 +84,29 @@ class Download final : public grpc::ServerWriteReactor<Response> {
   std::vector<Response> messages_;
   std::size_t next_ = 0;
 };
+
+/// Opens a download for a caller that we know, unless kDownloadsMax are open, and has
+/// `begin(download, tenant)` see to what it sends; what that returns ends it if it is an error.
+/// @param active, calls  as for Download.
+template <class Response, class Begin>
+[[nodiscard]] Download<Response>* OpenDownload(std::atomic<int>& active, CallCounter& calls,
+                                               const std::optional<std::string>& tenant,
+                                               const Begin& begin) {
+  auto* download = new Download<Response>(active, calls);
+  if (!tenant) {
+    download->Finish(Access::Refusal());
+    return download;
+  }
+  if (active > kDownloadsMax) {
+    download->Fail({ErrorCode::kResourceExhausted,
+                    "this server is sending " + std::to_string(kDownloadsMax) +
+                        " meshes already; try again later",
+                    {}});
+    return download;
+  }
+  const Status begun = begin(download, *tenant);
+  if (!begun.ok()) download->Fail(begun.error());
+  return download;
+}
 
 }  // namespace pliant::server

@@ -75,38 +75,23 @@ grpc::ServerUnaryReactor* JobServiceImpl::CancelJob(grpc::CallbackServerContext*
 
 grpc::ServerWriteReactor<v1::FetchResultResponse>* JobServiceImpl::FetchResult(
     grpc::CallbackServerContext* call, const v1::FetchResultRequest* request) {
-  auto* download = new Download<v1::FetchResultResponse>(downloads_, *context_.calls);
-  const int active = ++downloads_;
-  const std::optional<std::string> tenant = context_.access->TenantOf(*call);
-  if (!tenant) {
-    download->Finish(Access::Refusal());
-    return download;
-  }
-  ReplyContext wanted;
-  const auto check = [&]() -> Status {
-    if (active > kDownloadsMax) {
-      return Error{ErrorCode::kResourceExhausted,
-                   "this server is sending the meshes of " + std::to_string(kDownloadsMax) +
-                       " jobs already; try again later",
-                   {}};
-    }
+  using MeshDownload = Download<v1::FetchResultResponse>;
+  const auto begin = [&](MeshDownload* download, const std::string& tenant) -> Status {
+    ReplyContext wanted;
     PLIANT_ASSIGN_OR_RETURN(wanted.parts, ConvertParts(request->parts()));
     PLIANT_ASSIGN_OR_RETURN(wanted.numbering, NumberingOf(*request));
+    context_.jobs->Fetch(
+        {tenant, request->job_id()}, [download, wanted](const Result<MeshDiff>& mesh) {
+          if (mesh.ok()) {
+            download->Run(InMessages<v1::FetchResultResponse>(ToMeshSnapshot(*mesh, wanted)));
+          } else {
+            download->Fail(mesh.error());
+          }
+        });
     return {};
   };
-  if (const Status status = check(); !status.ok()) {
-    download->Fail(status.error());
-    return download;
-  }
-  context_.jobs->Fetch(
-      {*tenant, request->job_id()}, [download, wanted](const Result<MeshDiff>& mesh) {
-        if (mesh.ok()) {
-          download->Run(InMessages<v1::FetchResultResponse>(ToMeshSnapshot(*mesh, wanted)));
-        } else {
-          download->Fail(mesh.error());
-        }
-      });
-  return download;
+  return OpenDownload<v1::FetchResultResponse>(downloads_, *context_.calls,
+                                               context_.access->TenantOf(*call), begin);
 }
 
 }  // namespace pliant::server

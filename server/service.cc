@@ -78,14 +78,6 @@ Status CheckNothingStaged(const CommittedState& state) {
                {}};
 }
 
-Status CheckDownloads(int active_count) {
-  if (active_count <= kDownloadsMax) return {};
-  return Error{ErrorCode::kResourceExhausted,
-               "this server is sending " + std::to_string(kDownloadsMax) +
-                   " meshes already; try again later",
-               {}};
-}
-
 Session::Environment EnvironmentOf(const ServiceContext& context, const std::string& tenant,
                                    const std::string& id, Durability durability) {
   Session::Environment environment = context.session;
@@ -181,17 +173,10 @@ grpc::ServerWriteReactor<v1::SubscribeResponse>* SessionServiceImpl::Subscribe(
 
 grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
     grpc::CallbackServerContext* call, const v1::GetMeshRequest* request) {
-  auto* download = new Download<v1::GetMeshResponse>(downloads_, *context_.calls);
-  const int active = ++downloads_;
-  const std::optional<std::string> tenant = context_.access->TenantOf(*call);
-  if (!tenant) {
-    download->Finish(Access::Refusal());
-    return download;
-  }
-  const auto begin = [&]() -> Status {
-    PLIANT_RETURN_IF_ERROR(CheckDownloads(active));
+  using MeshDownload = Download<v1::GetMeshResponse>;
+  const auto begin = [&](MeshDownload* download, const std::string& tenant) -> Status {
     PLIANT_ASSIGN_OR_RETURN(const std::shared_ptr<Session> session,
-                            context_.registry->Find(*tenant, request->session_id()));
+                            context_.registry->Find(tenant, request->session_id()));
     ReplyContext wanted;
     PLIANT_ASSIGN_OR_RETURN(wanted.parts, ConvertParts(request->parts()));
     PLIANT_ASSIGN_OR_RETURN(wanted.numbering, NumberingOf(*request));
@@ -205,9 +190,8 @@ grpc::ServerWriteReactor<v1::GetMeshResponse>* SessionServiceImpl::GetMesh(
       }
     });
   };
-  const Status status = begin();
-  if (!status.ok()) download->Fail(status.error());
-  return download;
+  return OpenDownload<v1::GetMeshResponse>(downloads_, *context_.calls,
+                                           context_.access->TenantOf(*call), begin);
 }
 
 grpc::ServerUnaryReactor* SessionServiceImpl::GetQuality(grpc::CallbackServerContext* call,

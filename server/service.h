@@ -36,9 +36,6 @@ struct ServiceContext {
   std::chrono::milliseconds bookmark_interval{0};
 };
 
-/// Error: kResourceExhausted if there are more than kDownloadsMax downloads.
-[[nodiscard]] Status CheckDownloads(int active_count);
-
 /// The metric and the loop of the current revision are at hand. Error: kProtocolOrder.
 [[nodiscard]] Status CheckNothingStaged(const CommittedState& state);
 

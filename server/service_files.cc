@@ -84,26 +84,17 @@ Status SessionServiceImpl::BeginExport(const Result<const CommittedState*>& resu
 
 grpc::ServerWriteReactor<v1::ExportSessionResponse>* SessionServiceImpl::ExportSession(
     grpc::CallbackServerContext* call, const v1::ExportSessionRequest* request) {
-  auto* download = new Download<v1::ExportSessionResponse>(downloads_, *context_.calls);
-  const int active = ++downloads_;
-  const std::optional<std::string> tenant = context_.access->TenantOf(*call);
-  if (!tenant) {
-    download->Finish(Access::Refusal());
-    return download;
-  }
-  const auto begin = [&]() -> Status {
-    PLIANT_RETURN_IF_ERROR(CheckDownloads(active));
+  using FileDownload = Download<v1::ExportSessionResponse>;
+  const auto begin = [&](FileDownload* download, const std::string& tenant) -> Status {
     PLIANT_ASSIGN_OR_RETURN(const std::shared_ptr<Session> session,
-                            context_.registry->Find(*tenant, request->session_id()));
-    return session->Post(
-        [this, download, tenant = *tenant](const Result<const CommittedState*>& state) {
-          const Status begun = BeginExport(state, tenant, download);
-          if (!begun.ok()) download->Fail(begun.error());
-        });
+                            context_.registry->Find(tenant, request->session_id()));
+    return session->Post([this, download, tenant](const Result<const CommittedState*>& state) {
+      const Status begun = BeginExport(state, tenant, download);
+      if (!begun.ok()) download->Fail(begun.error());
+    });
   };
-  const Status status = begin();
-  if (!status.ok()) download->Fail(status.error());
-  return download;
+  return OpenDownload<v1::ExportSessionResponse>(downloads_, *context_.calls,
+                                                 context_.access->TenantOf(*call), begin);
 }
 
 grpc::ServerReadReactor<v1::ImportSessionRequest>* SessionServiceImpl::ImportSession(

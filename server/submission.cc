@@ -9,51 +9,20 @@ namespace pliant::server {
 
 Submission::Submission(const JobServiceContext& context, const grpc::CallbackServerContext& call,
                        v1::SubmitJobResponse* response)
-    : context_(context), response_(response), tenant_(context.access->TenantOf(call)) {
-  context_.calls->Begin();
-  if (tenant_) {
-    StartRead(&request_);
-  } else {
-    Finish(Access::Refusal());
-  }
+    : Upload(context.access->TenantOf(call), *context.calls, "submit"),
+      context_(context),
+      response_(response) {
+  Start();
 }
 
-void Submission::OnDone() {
-  context_.calls->End();
-  delete this;
+v1::SubmitJob* Submission::LastIn(v1::SubmitJobRequest& request) {
+  return request.has_submit() ? request.mutable_submit() : nullptr;
 }
 
-void Submission::OnReadDone(bool ok) {
-  if (const Status status = ok ? Take(request_) : Begin(); !status.ok()) {
-    Finish(ToGrpcStatus(status.error()));
-    return;
-  }
-  if (ok) StartRead(&request_);
-}
-
-Status Submission::Take(v1::SubmitJobRequest& request) {
-  if (submit_) {
-    return Error{ErrorCode::kProtocolOrder, "nothing may follow `submit`", "submit"};
-  }
-  if (request.has_chunk()) return blobs_.Add(std::move(*request.mutable_chunk()));
-  if (!request.has_submit()) {
-    return Error{ErrorCode::kProtocolOrder, "the message is neither a chunk nor a submit",
-                 "message"};
-  }
-  submit_ = std::move(*request.mutable_submit());
-  return {};
-}
-
-Status Submission::Begin() {
-  if (!submit_) {
-    return Error{ErrorCode::kProtocolOrder, "the stream ended without `submit`", "submit"};
-  }
-  PLIANT_RETURN_IF_ERROR(blobs_.Resolve(*submit_));
+Status Submission::Begin(v1::SubmitJob submit) {
   PLIANT_ASSIGN_OR_RETURN(JobSubmission submission,
-                          ConvertSubmit(*submit_, context_.limits, context_.keep));
-  submit_.reset();
-  submission.draft.key.tenant = *tenant_;
-  // This object lives until Finish, which only the answer calls from here on.
+                          ConvertSubmit(submit, context_.limits, context_.keep));
+  submission.draft.key.tenant = tenant();
   context_.jobs->Submit(submission.draft, std::move(submission.input),
                         [this](const Result<JobInfo>& job) {
                           if (!job.ok()) {
