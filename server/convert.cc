@@ -10,20 +10,11 @@
 #include "server/convert_fields.h"
 #include "server/convert_mesh.h"
 #include "server/convert_motion.h"
+#include "server/convert_request.h"
 #include "server/limits.h"
 
 namespace pliant::server {
 namespace {
-
-Error RangeError(std::string message, std::string field) {
-  return {ErrorCode::kOutOfRange, std::move(message), std::move(field)};
-}
-
-Error NotYet(const std::string& what, std::string field) {
-  return {ErrorCode::kUnimplemented,
-          what + " is not implemented by this server; GetServerInfo lists what is",
-          std::move(field)};
-}
 
 // --- Metrics ----------------------------------------------------------------------------------
 

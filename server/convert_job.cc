@@ -9,6 +9,7 @@
 
 #include "core/base/check.h"
 #include "server/convert_reply.h"
+#include "server/convert_request.h"
 #include "server/error_status.h"
 #include "server/limits.h"
 
@@ -16,10 +17,6 @@ namespace pliant::server {
 namespace {
 
 using google::protobuf::util::TimeUtil;
-
-Error RangeError(std::string message, std::string field) {
-  return {ErrorCode::kOutOfRange, std::move(message), std::move(field)};
-}
 
 Bytes ToBytes(const google::protobuf::Message& message) {
   Bytes bytes(message.ByteSizeLong());

@@ -5,19 +5,10 @@
 #include <utility>
 
 #include "server/convert_array.h"
+#include "server/convert_request.h"
 
 namespace pliant::server {
 namespace {
-
-Error RangeError(std::string message, std::string field) {
-  return {ErrorCode::kOutOfRange, std::move(message), std::move(field)};
-}
-
-Error NotYet(const std::string& what, std::string field) {
-  return {ErrorCode::kUnimplemented,
-          what + " is not implemented by this server; GetServerInfo lists what is",
-          std::move(field)};
-}
 
 Result<Variant> ConvertVariant(v1::Variant variant) {
   switch (variant) {

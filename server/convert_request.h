@@ -3,12 +3,25 @@
 #include <cstddef>
 #include <cstdint>
 #include <string>
+#include <utility>
 
 #include "core/base/result.h"
 #include "pliant/v1/mesh.pb.h"
 
-/// Fields that several requests have; rules as in convert.h.
+/// Fields that several requests have, and how those are refused; rules as in convert.h.
 namespace pliant::server {
+
+/// The field has a value that the protocol does not know or allow.
+[[nodiscard]] inline Error RangeError(std::string message, std::string field) {
+  return {ErrorCode::kOutOfRange, std::move(message), std::move(field)};
+}
+
+/// The protocol knows it, this server does not.
+[[nodiscard]] inline Error NotYet(const std::string& what, std::string field) {
+  return {ErrorCode::kUnimplemented,
+          what + " is not implemented by this server; GetServerInfo lists what is",
+          std::move(field)};
+}
 
 /// The number that a page begins at; 0 for an empty token. Error: kOutOfRange.
 [[nodiscard]] Result<std::int64_t> ConvertPageToken(const std::string& token);

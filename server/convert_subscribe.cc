@@ -3,14 +3,11 @@
 #include <algorithm>
 #include <string>
 
+#include "server/convert_request.h"
 #include "server/limits.h"
 
 namespace pliant::server {
 namespace {
-
-Error RangeError(std::string message, std::string field) {
-  return {ErrorCode::kOutOfRange, std::move(message), std::move(field)};
-}
 
 Result<Mirror> ConvertMirror(v1::MirrorMode mode) {
   switch (mode) {

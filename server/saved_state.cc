@@ -8,6 +8,7 @@
 #include "core/metric/saved_spec.h"
 #include "server/record.h"
 #include "server/record_values.h"
+#include "server/revision_text.h"
 
 namespace pliant::server {
 namespace {
@@ -15,8 +16,6 @@ namespace {
 constexpr Seal kInputSeal{.kind = 0x4e494c50, .version = 1};   // "PLIN"
 constexpr Seal kMemorySeal{.kind = 0x454d4c50, .version = 1};  // "PLME"
 constexpr char kMemoryName[] = "session snapshot";
-
-std::string Text(Revision revision) { return std::to_string(static_cast<std::int64_t>(revision)); }
 
 bool IsInput(std::span<const std::byte> bytes) {
   ByteReader reader(bytes);
@@ -117,7 +116,7 @@ Result<SessionMemory> ReadSnapshot(std::span<const std::byte> bytes, const Sessi
 // --- Records ------------------------------------------------------------------------------------
 
 Status Corrupt(Revision revision, const std::string& what) {
-  return CorruptData("session journal", "at revision " + Text(revision) + " " + what);
+  return CorruptData("session journal", "at revision " + RevisionText(revision) + " " + what);
 }
 
 Status Restage(SessionMemory& memory, const AnswerRecord& record, const SessionMakers& makers) {

@@ -6,12 +6,11 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "server/revision_text.h"
 #include "server/session.h"
 
 namespace pliant::server {
 namespace {
-
-std::string Text(Revision revision) { return std::to_string(static_cast<std::int64_t>(revision)); }
 
 /// A cancel, or the end of an advance's time.
 class AdvanceStop final : public StopSignal {
@@ -223,7 +222,7 @@ void Session::FinishAdvance(AdvanceEnd end) {
       .elapsed = std::chrono::duration_cast<std::chrono::microseconds>(now - advance.begin)};
   environment_.log->Info("commit", {{"session", session_id_},
                                     {"update", std::to_string(advance.update_id)},
-                                    {"revision", Text(revision_)},
+                                    {"revision", RevisionText(revision_)},
                                     {"vertices", std::to_string(diff->summary.vertex_count)},
                                     {"visits", std::to_string(advance.progress.counts.visits)},
                                     {"active", std::to_string(active_count_)}});

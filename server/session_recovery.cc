@@ -3,6 +3,7 @@
 #include <string>
 #include <utility>
 
+#include "server/revision_text.h"
 #include "server/session.h"
 
 namespace pliant::server {
@@ -11,7 +12,7 @@ namespace pliant::server {
 // its mesh is provably valid there, else it ends; either way the client is told.
 void Session::HandleBug(const std::string& what) {
   const std::string reference =
-      session_id_ + "-" + std::to_string(static_cast<std::int64_t>(revision_)) + "-" +
+      session_id_ + "-" + RevisionText(revision_) + "-" +
       std::to_string(environment_.clock->WallNow().time_since_epoch().count());
   environment_.log->Error("bug",
                           {{"session", session_id_}, {"reference", reference}, {"what", what}});
@@ -37,9 +38,8 @@ void Session::HandleBug(const std::string& what) {
   const Error error{
       ErrorCode::kInternal,
       "a bug of the server was met; the session " +
-          (recovered || journal_ != nullptr
-               ? "is back at revision " + std::to_string(static_cast<std::int64_t>(revision_))
-               : std::string("has ended")) +
+          (recovered || journal_ != nullptr ? "is back at revision " + RevisionText(revision_)
+                                            : std::string("has ended")) +
           "; please report it with reference " + reference,
       reference};
   if (call) call(error);

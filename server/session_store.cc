@@ -4,6 +4,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "server/revision_text.h"
 #include "server/session.h"
 
 namespace pliant::server {
@@ -258,9 +259,7 @@ Status Session::Load() {
   Adopt(std::move(memory));
   ReportUsage();
   PublishInfo();
-  environment_.log->Info("load",
-                         {{"session", session_id_},
-                          {"revision", std::to_string(static_cast<std::int64_t>(revision_))}});
+  environment_.log->Info("load", {{"session", session_id_}, {"revision", RevisionText(revision_)}});
   return {};
 }
 

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "server/revision_text.h"
 
 namespace pliant::server {
 namespace {
@@ -245,9 +246,8 @@ Status StagedEngine::Stage(const FieldsUpdate& update) {
 Status StagedEngine::Move(const MotionUpdate& update) {
   if (update.revision && *update.revision != revision()) {
     return Error{ErrorCode::kRevisionMismatch,
-                 "positions are for revision " +
-                     std::to_string(static_cast<std::int64_t>(*update.revision)) +
-                     "; the session is at " + std::to_string(static_cast<std::int64_t>(revision())),
+                 "positions are for revision " + RevisionText(*update.revision) +
+                     "; the session is at " + RevisionText(revision()),
                  "motion.revision"};
   }
   MotionRequest request = update.request;
@@ -269,8 +269,8 @@ Status StagedEngine::CheckRevision(Revision wanted, const std::string& field) co
   }
   if (wanted != revision()) {
     return Error{ErrorCode::kRevisionMismatch,
-                 "values are for revision " + std::to_string(static_cast<std::int64_t>(wanted)) +
-                     "; the session is at " + std::to_string(current),
+                 "values are for revision " + RevisionText(wanted) + "; the session is at " +
+                     std::to_string(current),
                  field};
   }
   return {};
@@ -301,8 +301,7 @@ Status StagedEngine::SetTensors(const VertexTensors& tensors) {
   }
   if (tensors.revision != revision()) {
     return Error{ErrorCode::kRevisionMismatch,
-                 "tensors are for revision " +
-                     std::to_string(static_cast<std::int64_t>(tensors.revision)) +
+                 "tensors are for revision " + RevisionText(tensors.revision) +
                      "; the session is at " + std::to_string(current),
                  "metric.revision"};
   }

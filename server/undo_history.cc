@@ -6,13 +6,9 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "server/revision_text.h"
 
 namespace pliant::server {
-namespace {
-
-std::string Text(Revision revision) { return std::to_string(static_cast<std::int64_t>(revision)); }
-
-}  // namespace
 
 void UndoHistory::Add(UndoStep undo) {
   PLIANT_CHECK(steps_.empty() || steps_.back().delta.base == undo.delta.revision, "undo to",
@@ -98,16 +94,17 @@ Result<UndoStep> UndoHistory::WayTo(Revision revision, Revision newest) const {
     }
   }
   return Error{ErrorCode::kRevisionNotFound,
-               "revision " + Text(revision) + " is not kept; the session is at " + Text(newest) +
-                   " and the oldest that it can go back to is " + Text(Oldest(newest)),
+               "revision " + RevisionText(revision) + " is not kept; the session is at " +
+                   RevisionText(newest) + " and the oldest that it can go back to is " +
+                   RevisionText(Oldest(newest)),
                "to_revision"};
 }
 
 Status UndoHistory::Save(Revision revision, Revision newest) {
   if (!Reaches(revision, newest)) {
     return Error{ErrorCode::kRevisionNotFound,
-                 "revision " + Text(revision) + " is not kept; the oldest that is, is " +
-                     Text(Oldest(newest)),
+                 "revision " + RevisionText(revision) + " is not kept; the oldest that is, is " +
+                     RevisionText(Oldest(newest)),
                  "revision"};
   }
   if (!saved_.contains(revision) && saved_.size() >= bounds_.saved_max) {

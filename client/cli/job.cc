@@ -4,14 +4,12 @@
 #include <string>
 #include <vector>
 
-#include "client/cli/command.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/job_report.h"
 #include "client/cli/mesh_output.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/report.h"
-#include "client/cli/server_options.h"
-#include "client/cpp/client.h"
+#include "client/cli/server_command.h"
 
 // pliant job: what remesh --detach has started, one command for each thing that can be done with
 // it.
@@ -21,32 +19,22 @@ namespace {
 
 using client::Client;
 
-struct JobOptions {
-  ServerOptions server;
-  std::string id;
-  std::vector<std::string> ids;
-  std::string output;
-  std::string json;
+struct JobOptions : ServerCommandOptions {
   double seconds_max = 0;
 };
 using Shared = std::shared_ptr<JobOptions>;
-using Work = Status (*)(const JobOptions&, Client&);
+
+void Print(const client::JobInfo& job) { std::cout << JobText(job); }
 
 Status Show(const client::JobInfo& job, const JobOptions& options) {
   if (!options.json.empty()) return WriteJson(options.json, JobJson(job));
-  std::cout << JobText(job);
+  Print(job);
   return {};
 }
 
 Status List(const JobOptions& options, Client& server) {
   PLIANT_ASSIGN_OR_RETURN(const std::vector<client::JobInfo> jobs, server.ListJobs());
-  if (!options.json.empty()) {
-    Json json = Json::array();
-    for (const client::JobInfo& job : jobs) json.push_back(JobJson(job));
-    return WriteJson(options.json, json);
-  }
-  for (const client::JobInfo& job : jobs) std::cout << JobText(job);
-  return {};
+  return ShowAll(jobs, options.json, JobJson, Print);
 }
 
 Status ShowOne(const JobOptions& options, Client& server) {
@@ -79,7 +67,7 @@ Status Cancel(const JobOptions& options, Client& server) {
   for (const std::string& id : options.ids) {
     const Result<client::JobInfo> job = server.CancelJob(id);
     if (!job.ok()) return job.error();
-    std::cout << JobText(*job);
+    Print(*job);
   }
   return {};
 }
@@ -95,25 +83,6 @@ void AddId(CLI::App& command, const Shared& options) {
   command.add_option("id", options->id, "Which job")->required()->type_name("ID");
 }
 
-/// The last step for each command: the options that all have, and what to do.
-void Finish(CLI::App& command, const Shared& options, Work work, Command& chosen) {
-  AddServerOptions(command, options->server, LocalWork::kImpossible);
-  const CLI::Option* json = command.get_option_no_throw("--json");
-  command.callback([options, json, work, &chosen] {
-    if (json != nullptr && json->count() > 0 && options->json.empty()) options->json = "-";
-    chosen.run = [options, work]() -> Status {
-      PLIANT_ASSIGN_OR_RETURN(Client server, Client::Connect(options->server.address()));
-      return work(*options, server);
-    };
-  });
-}
-
-void AddJson(CLI::App& command, const Shared& options) {
-  command.add_option("--json", options->json, "As JSON; without FILE to standard output")
-      ->type_name("[FILE]")
-      ->expected(0, 1);
-}
-
 }  // namespace
 
 void AddJobCommand(CLI::App& app, Command& chosen) {
@@ -123,29 +92,29 @@ void AddJobCommand(CLI::App& app, Command& chosen) {
   const auto options = std::make_shared<JobOptions>();
 
   CLI::App& list = *group.add_subcommand("list", "List all jobs, newest first");
-  AddJson(list, options);
+  AddJson(list, *options);
   list.footer("Example:\n  pliant job list --json");
-  Finish(list, options, List, chosen);
+  FinishServerCommand(list, options, List, chosen);
 
   CLI::App& show = *group.add_subcommand("show", "Describe a job");
   AddId(show, options);
-  AddJson(show, options);
+  AddJson(show, *options);
   show.footer("Example:\n  pliant job show plate");
-  Finish(show, options, ShowOne, chosen);
+  FinishServerCommand(show, options, ShowOne, chosen);
 
   CLI::App& wait = *group.add_subcommand("wait", "Wait until a job has ended; 0 if it is done");
   AddId(wait, options);
   wait.add_option("--seconds-max", options->seconds_max, "Wait no longer than this; 0: for ever")
       ->check(CLI::Range(0.0, 1e8))
       ->capture_default_str();
-  AddJson(wait, options);
+  AddJson(wait, *options);
   wait.footer("Example:\n  pliant job wait plate && pliant job fetch plate -o plate.vtu");
-  Finish(wait, options, Wait, chosen);
+  FinishServerCommand(wait, options, Wait, chosen);
 
   CLI::App& cancel = *group.add_subcommand("cancel", "Stop jobs; those that have ended stay");
   cancel.add_option("ids", options->ids, "Which jobs")->required()->type_name("ID");
   cancel.footer("Example:\n  pliant job cancel plate");
-  Finish(cancel, options, Cancel, chosen);
+  FinishServerCommand(cancel, options, Cancel, chosen);
 
   CLI::App& fetch = *group.add_subcommand("fetch", "Download the mesh of a job that is done");
   AddId(fetch, options);
@@ -153,7 +122,7 @@ void AddJobCommand(CLI::App& app, Command& chosen) {
       ->required()
       ->type_name("FILE");
   fetch.footer("Example:\n  pliant job fetch plate -o plate.vtu");
-  Finish(fetch, options, Fetch, chosen);
+  FinishServerCommand(fetch, options, Fetch, chosen);
 }
 
 }  // namespace pliant::cli

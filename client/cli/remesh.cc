@@ -61,7 +61,7 @@ Result<RemeshJob> ReadJob(const RemeshOptions& options) {
   return job;
 }
 
-Result<RemeshResult> Work(const RemeshJob& job, const std::optional<std::string>& server) {
+Result<RemeshResult> Compute(const RemeshJob& job, const std::optional<std::string>& server) {
   const InterruptGuard guard;
   ProgressBar bar(std::cerr, ProgressBar::OfStandardError());
   const OnProgress on_progress = [&](const client::AdvanceProgress& progress) {
@@ -87,7 +87,7 @@ Status Run(const RemeshOptions& options) {
   Stopwatch watch;
   PLIANT_ASSIGN_OR_RETURN(const RemeshJob job, ReadJob(options));
   report.read_seconds = watch.Lap();
-  PLIANT_ASSIGN_OR_RETURN(const RemeshResult result, Work(job, report.server));
+  PLIANT_ASSIGN_OR_RETURN(const RemeshResult result, Compute(job, report.server));
   report.remesh_seconds = watch.Lap();
   PLIANT_RETURN_IF_ERROR(WriteCompactMesh(options.output, result.mesh));
   if (!options.output_metric.empty()) {

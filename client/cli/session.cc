@@ -7,7 +7,6 @@
 #include <variant>
 #include <vector>
 
-#include "client/cli/command.h"
 #include "client/cli/engine.h"
 #include "client/cli/interrupt.h"
 #include "client/cli/loop_options.h"
@@ -15,8 +14,7 @@
 #include "client/cli/metric_options.h"
 #include "client/cli/progress_bar.h"
 #include "client/cli/report.h"
-#include "client/cli/server_options.h"
-#include "client/cpp/client.h"
+#include "client/cli/server_command.h"
 #include "client/io/file.h"
 #include "client/io/formats.h"
 
@@ -27,20 +25,14 @@ namespace {
 
 using client::Client;
 
-struct SessionOptions {
-  ServerOptions server;
-  std::string id;
-  std::vector<std::string> ids;
+struct SessionOptions : ServerCommandOptions {
   std::string input;
-  std::string output;
-  std::string json;
   MetricOptions metric;
   LoopOptions loop;
 };
 using Shared = std::shared_ptr<SessionOptions>;
-using Work = Status (*)(const SessionOptions&, Client&);
 
-void PrintSession(const client::SessionInfo& session) {
+void Print(const client::SessionInfo& session) {
   const Json json = SessionJson(session);
   std::cout << session.session_id << "  revision " << json["revision"] << "  "
             << json["state"].get<std::string>() << "  " << Grouped(session.summary.vertex_count)
@@ -88,19 +80,13 @@ Status Create(const SessionOptions& options, Client& server) {
 
 Status List(const SessionOptions& options, Client& server) {
   PLIANT_ASSIGN_OR_RETURN(const std::vector<client::SessionInfo> sessions, server.ListSessions());
-  if (!options.json.empty()) {
-    Json json = Json::array();
-    for (const client::SessionInfo& session : sessions) json.push_back(SessionJson(session));
-    return WriteJson(options.json, json);
-  }
-  for (const client::SessionInfo& session : sessions) PrintSession(session);
-  return {};
+  return ShowAll(sessions, options.json, SessionJson, Print);
 }
 
 Status Show(const SessionOptions& options, Client& server) {
   PLIANT_ASSIGN_OR_RETURN(const client::SessionInfo session, server.GetSession(options.id));
   if (!options.json.empty()) return WriteJson(options.json, SessionJson(session));
-  PrintSession(session);
+  Print(session);
   return {};
 }
 
@@ -157,25 +143,6 @@ void AddId(CLI::App& command, const Shared& options) {
   command.add_option("id", options->id, "Which session")->required()->type_name("ID");
 }
 
-CLI::Option* AddJson(CLI::App& command, const Shared& options) {
-  return command.add_option("--json", options->json, "As JSON; without FILE to standard output")
-      ->type_name("[FILE]")
-      ->expected(0, 1);
-}
-
-/// The last step for each command: the options that all have, the example, and what to do.
-void Finish(CLI::App& command, const Shared& options, Work work, Command& chosen) {
-  AddServerOptions(command, options->server, LocalWork::kImpossible);
-  const CLI::Option* json = command.get_option_no_throw("--json");
-  command.callback([options, json, work, &chosen] {
-    if (json != nullptr && json->count() > 0 && options->json.empty()) options->json = "-";
-    chosen.run = [options, work]() -> Status {
-      PLIANT_ASSIGN_OR_RETURN(Client server, Client::Connect(options->server.address()));
-      return work(*options, server);
-    };
-  });
-}
-
 }  // namespace
 
 void AddSessionCommand(CLI::App& app, Command& chosen) {
@@ -190,22 +157,22 @@ void AddSessionCommand(CLI::App& app, Command& chosen) {
       ->type_name("INPUT");
   create.add_option("--id", options->id, "Wished id; the server makes one if absent")
       ->type_name("ID");
-  AddJson(create, options);
+  AddJson(create, *options);
   AddMetricOptions(create, options->metric, MetricNeed::kRequired);
   AddLoopOptions(create, options->loop);
   create.footer("Example:\n  pliant session create plate.poly --size 0.05 --id plate");
-  Finish(create, options, Create, chosen);
+  FinishServerCommand(create, options, Create, chosen);
 
   CLI::App& list = Add(group, "list", "List all sessions, oldest first");
-  AddJson(list, options);
+  AddJson(list, *options);
   list.footer("Example:\n  pliant session list --json");
-  Finish(list, options, List, chosen);
+  FinishServerCommand(list, options, List, chosen);
 
   CLI::App& show = Add(group, "show", "Describe a session");
   AddId(show, options);
-  AddJson(show, options);
+  AddJson(show, *options);
   show.footer("Example:\n  pliant session show plate");
-  Finish(show, options, Show, chosen);
+  FinishServerCommand(show, options, Show, chosen);
 
   CLI::App& get = Add(group, "get", "Download a session's mesh");
   AddId(get, options);
@@ -213,13 +180,13 @@ void AddSessionCommand(CLI::App& app, Command& chosen) {
       ->required()
       ->type_name("FILE");
   get.footer("Example:\n  pliant session get plate -o plate.vtu");
-  Finish(get, options, Get, chosen);
+  FinishServerCommand(get, options, Get, chosen);
 
   CLI::App& quality = Add(group, "quality", "Measure how well a session's mesh meets its metric");
   AddId(quality, options);
-  AddJson(quality, options);
+  AddJson(quality, *options);
   quality.footer("Example:\n  pliant session quality plate");
-  Finish(quality, options, ShowQuality, chosen);
+  FinishServerCommand(quality, options, ShowQuality, chosen);
 
   CLI::App& to_file = Add(group, "export", "Write a session with all that it knows into a file");
   AddId(to_file, options);
@@ -227,7 +194,7 @@ void AddSessionCommand(CLI::App& app, Command& chosen) {
       ->required()
       ->type_name("FILE");
   to_file.footer("Example:\n  pliant session export plate -o plate.pliant");
-  Finish(to_file, options, Export, chosen);
+  FinishServerCommand(to_file, options, Export, chosen);
 
   CLI::App& from_file = Add(group, "import", "Create a session from such a file; prints its id");
   from_file.add_option("input", options->input, "What pliant session export wrote")
@@ -235,14 +202,14 @@ void AddSessionCommand(CLI::App& app, Command& chosen) {
       ->type_name("FILE");
   from_file.add_option("--id", options->id, "Wished id; the server makes one if absent")
       ->type_name("ID");
-  AddJson(from_file, options);
+  AddJson(from_file, *options);
   from_file.footer("Example:\n  pliant session import plate.pliant --id plate");
-  Finish(from_file, options, Import, chosen);
+  FinishServerCommand(from_file, options, Import, chosen);
 
   CLI::App& remove = Add(group, "delete", "End sessions and free what they hold");
   remove.add_option("ids", options->ids, "Which sessions")->required()->type_name("ID");
   remove.footer("Example:\n  pliant session delete plate");
-  Finish(remove, options, Delete, chosen);
+  FinishServerCommand(remove, options, Delete, chosen);
 }
 
 }  // namespace pliant::cli

@@ -1,5 +1,7 @@
 #include "client/cpp/convert.h"
 
+#include <google/protobuf/util/time_util.h>
+
 #include <bit>
 #include <limits>
 #include <string>
@@ -134,12 +136,6 @@ AdvanceStop StopFrom(v1::StopReason reason) {
   }
 }
 
-std::chrono::system_clock::time_point TimeFrom(const google::protobuf::Timestamp& time) {
-  return std::chrono::system_clock::time_point(
-      std::chrono::duration_cast<std::chrono::system_clock::duration>(
-          std::chrono::seconds(time.seconds()) + std::chrono::nanoseconds(time.nanos())));
-}
-
 TroubleKind TroubleKindFrom(v1::TroubleKind kind) {
   switch (kind) {
     case v1::TROUBLE_KIND_GEOMETRY:
@@ -271,6 +267,20 @@ v1::MetricUpdate ToWire(const VertexTensors& update, ColumnWriter& columns) {
   return message;
 }
 
+v1::Smoothing ToWire(Smoothing smoothing) {
+  switch (smoothing) {
+    case Smoothing::kPliant:
+      break;
+    case Smoothing::kLaplacian:
+      return v1::SMOOTHING_LAPLACIAN;
+    case Smoothing::kLennardJones:
+      return v1::SMOOTHING_LENNARD_JONES;
+    case Smoothing::kBubble:
+      return v1::SMOOTHING_BUBBLE;
+  }
+  return v1::SMOOTHING_PLIANT;
+}
+
 v1::SessionOptions ToWire(const Options& options) {
   const Options defaults;
   v1::SessionOptions message;
@@ -285,19 +295,7 @@ v1::SessionOptions ToWire(const Options& options) {
       message.set_variant(v1::VARIANT_PAPER);
       break;
   }
-  switch (options.smoothing) {
-    case Smoothing::kPliant:
-      break;
-    case Smoothing::kLaplacian:
-      message.set_smoothing(v1::SMOOTHING_LAPLACIAN);
-      break;
-    case Smoothing::kLennardJones:
-      message.set_smoothing(v1::SMOOTHING_LENNARD_JONES);
-      break;
-    case Smoothing::kBubble:
-      message.set_smoothing(v1::SMOOTHING_BUBBLE);
-      break;
-  }
+  if (options.smoothing != defaults.smoothing) message.set_smoothing(ToWire(options.smoothing));
   const auto set = [&](auto member, auto setter) {
     if (options.*member != defaults.*member) (message.*setter)(options.*member);
   };
@@ -309,10 +307,7 @@ v1::SessionOptions ToWire(const Options& options) {
   set(&Options::metric_tolerance, &v1::SessionOptions::set_metric_tolerance);
   set(&Options::vertices_max, &v1::SessionOptions::set_vertices_max);
   set(&Options::visits_per_vertex_max, &v1::SessionOptions::set_visits_per_vertex_max);
-  if (!options.permissions.insert) message.add_restrictions(v1::RESTRICTION_NO_INSERT);
-  if (!options.permissions.swap) message.add_restrictions(v1::RESTRICTION_NO_SWAP);
-  if (!options.permissions.move) message.add_restrictions(v1::RESTRICTION_NO_MOVE);
-  if (!options.permissions.surface) message.add_restrictions(v1::RESTRICTION_NO_SURFACE);
+  AddRestrictions(options.permissions, message);
   return message;
 }
 
@@ -399,6 +394,13 @@ AdvanceProgress FromWire(const v1::Progress& progress) {
           .elapsed = milliseconds(progress.elapsed_ms())};
 }
 
+std::chrono::system_clock::time_point FromWire(const google::protobuf::Timestamp& time) {
+  using google::protobuf::util::TimeUtil;
+  return std::chrono::system_clock::time_point(
+      std::chrono::duration_cast<std::chrono::system_clock::duration>(
+          std::chrono::nanoseconds(TimeUtil::TimestampToNanoseconds(time))));
+}
+
 SessionInfo FromWire(const v1::Session& session) {
   SessionInfo info;
   info.session_id = session.session_id();
@@ -409,8 +411,8 @@ SessionInfo FromWire(const v1::Session& session) {
   info.summary = SummaryFrom(session.counts(), session.state_hash());
   info.active_count = session.active_count();
   info.last_update_id = session.last_update_id();
-  info.create_time = TimeFrom(session.create_time());
-  info.commit_time = TimeFrom(session.commit_time());
+  info.create_time = FromWire(session.create_time());
+  info.commit_time = FromWire(session.commit_time());
   for (const auto& [key, value] : session.labels()) info.labels.emplace(key, value);
   info.memory_bytes = session.memory_bytes();
   return info;

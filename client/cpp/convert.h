@@ -1,5 +1,8 @@
 #pragma once
 
+#include <google/protobuf/timestamp.pb.h>
+
+#include <chrono>
 #include <cstdint>
 #include <span>
 
@@ -34,11 +37,25 @@ struct VertexTensors {
 };
 [[nodiscard]] v1::MetricUpdate ToWire(const VertexTensors& update, wire::ColumnWriter& columns);
 
+[[nodiscard]] v1::Smoothing ToWire(Smoothing smoothing);
+
+/// What is not permitted, as the restrictions of `message`.
+template <class Message>
+void AddRestrictions(const Permissions& may, Message& message) {
+  if (!may.insert) message.add_restrictions(v1::RESTRICTION_NO_INSERT);
+  if (!may.swap) message.add_restrictions(v1::RESTRICTION_NO_SWAP);
+  if (!may.move) message.add_restrictions(v1::RESTRICTION_NO_MOVE);
+  if (!may.surface) message.add_restrictions(v1::RESTRICTION_NO_SURFACE);
+}
+
 /// Only what differs from the defaults, so that a server with tighter limits is not asked for more
 /// than the user did.
 [[nodiscard]] v1::SessionOptions ToWire(const Options& options);
 
 [[nodiscard]] v1::Advance ToWire(const AdvanceOptions& options);
+
+[[nodiscard]] std::chrono::system_clock::time_point FromWire(
+    const google::protobuf::Timestamp& time);
 
 [[nodiscard]] Result<MeshDiff> FromWire(const v1::MeshDiff& diff, wire::ColumnReader& columns);
 /// As a diff from nothing.

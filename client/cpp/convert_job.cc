@@ -1,8 +1,5 @@
 #include "client/cpp/convert_job.h"
 
-#include <google/protobuf/util/time_util.h>
-
-#include <chrono>
 #include <variant>
 
 #include "client/cpp/convert.h"
@@ -10,13 +7,6 @@
 
 namespace pliant::client {
 namespace {
-
-std::chrono::system_clock::time_point TimeFrom(const google::protobuf::Timestamp& time) {
-  using google::protobuf::util::TimeUtil;
-  return std::chrono::system_clock::time_point(
-      std::chrono::duration_cast<std::chrono::system_clock::duration>(
-          std::chrono::nanoseconds(TimeUtil::TimestampToNanoseconds(time))));
-}
 
 Result<JobState> StateFrom(v1::JobState state) {
   switch (state) {
@@ -72,9 +62,9 @@ Result<JobInfo> FromWire(const v1::Job& job) {
     PLIANT_ASSIGN_OR_RETURN(info.quality, FromWire(job.quality()));
   }
   if (job.has_error()) info.error = ErrorFromDetail(job.error());
-  info.create_time = TimeFrom(job.create_time());
-  if (job.has_end_time()) info.end_time = TimeFrom(job.end_time());
-  if (job.has_expire_time()) info.expire_time = TimeFrom(job.expire_time());
+  info.create_time = FromWire(job.create_time());
+  if (job.has_end_time()) info.end_time = FromWire(job.end_time());
+  if (job.has_expire_time()) info.expire_time = FromWire(job.expire_time());
   return info;
 }
 

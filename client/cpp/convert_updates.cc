@@ -5,6 +5,8 @@
 #include <utility>
 #include <vector>
 
+#include "client/cpp/convert.h"
+
 namespace pliant::client {
 namespace {
 
@@ -173,30 +175,13 @@ v1::ConstraintUpdate ToWire(const Constraints& constraints, Revision revision,
     *message.mutable_frozen_edges() = Numbers(std::span<const EdgeId>(constraints.edges), columns);
   }
   message.mutable_frozen_regions()->Add(constraints.regions.begin(), constraints.regions.end());
-  const Permissions& may = constraints.permissions;
-  if (!may.insert) message.add_restrictions(v1::RESTRICTION_NO_INSERT);
-  if (!may.swap) message.add_restrictions(v1::RESTRICTION_NO_SWAP);
-  if (!may.move) message.add_restrictions(v1::RESTRICTION_NO_MOVE);
-  if (!may.surface) message.add_restrictions(v1::RESTRICTION_NO_SURFACE);
+  AddRestrictions(constraints.permissions, message);
   return message;
 }
 
 v1::SessionOptions AllToWire(const Options& options) {
   v1::SessionOptions message;
-  switch (options.smoothing) {
-    case Smoothing::kPliant:
-      message.set_smoothing(v1::SMOOTHING_PLIANT);
-      break;
-    case Smoothing::kLaplacian:
-      message.set_smoothing(v1::SMOOTHING_LAPLACIAN);
-      break;
-    case Smoothing::kLennardJones:
-      message.set_smoothing(v1::SMOOTHING_LENNARD_JONES);
-      break;
-    case Smoothing::kBubble:
-      message.set_smoothing(v1::SMOOTHING_BUBBLE);
-      break;
-  }
+  message.set_smoothing(ToWire(options.smoothing));
   message.set_step(options.step);
   message.set_speed_threshold(options.speed_threshold);
   message.set_age_cooling(options.age_cooling);

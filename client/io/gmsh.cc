@@ -7,14 +7,11 @@
 #include <string>
 #include <utility>
 
+#include "client/io/gmsh_elements.h"
 #include "client/io/number_reader.h"
 
 namespace pliant::io {
 namespace {
-
-constexpr std::int64_t kLine = 1;
-constexpr std::int64_t kTriangle = 2;
-constexpr std::int64_t kPoint = 15;
 
 /// A node, line or triangle with the node numbers of the file.
 struct Node {
@@ -383,15 +380,15 @@ void GmshParser::ReadElement(std::int64_t type, std::int32_t tag) {
     nodes[static_cast<std::size_t>(k)] = version_ == 2 ? reader_.Integer() : reader_.Long();
   }
   if (!reader_.ok()) return;
-  if (type == kLine) lines_.push_back({.nodes = {nodes[0], nodes[1]}, .tag = tag});
-  if (type == kTriangle) triangles_.push_back({.nodes = nodes, .tag = tag});
+  if (type == kGmshLine) lines_.push_back({.nodes = {nodes[0], nodes[1]}, .tag = tag});
+  if (type == kGmshTriangle) triangles_.push_back({.nodes = nodes, .tag = tag});
 }
 
 std::int64_t GmshParser::CornerCount(std::int64_t type) {
   if (!reader_.ok()) return 0;
-  if (type == kPoint) return 1;
-  if (type == kLine) return 2;
-  if (type == kTriangle) return 3;
+  if (type == kGmshPoint) return 1;
+  if (type == kGmshLine) return 2;
+  if (type == kGmshTriangle) return 3;
   reader_.Fail(ErrorCode::kFileUnsupported,
                "element type " + std::to_string(type) +
                    " is neither a line nor a triangle with straight edges; mesh in two dimensions, "

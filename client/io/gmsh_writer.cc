@@ -6,13 +6,11 @@
 #include <cstdint>
 #include <utility>
 
+#include "client/io/gmsh_elements.h"
 #include "client/io/number_writer.h"
 
 namespace pliant::io {
 namespace {
-
-constexpr int kLine = 1;
-constexpr int kTriangle = 2;
 
 /// The distinct tags of elements, in ascending order; entity i + 1 of the model has tags[i].
 std::vector<std::int32_t> DistinctTags(std::vector<std::int32_t> tags, std::size_t element_count) {
@@ -60,7 +58,7 @@ void WriteElements22(NumberWriter& out, std::size_t number,
   const std::vector<std::int32_t> distinct_tags = DistinctTags(tags, elements.size());
   for (std::size_t i = 0; i < elements.size(); ++i) {
     const std::int32_t tag = TagOf(tags, i);
-    out << number + i << ' ' << (kCorners == 2 ? kLine : kTriangle) << " 2 " << tag << ' '
+    out << number + i << ' ' << (kCorners == 2 ? kGmshLine : kGmshTriangle) << " 2 " << tag << ' '
         << EntityOf(distinct_tags, tag);
     for (const std::int32_t point : elements[i]) out << ' ' << std::int64_t{point} + 1;
     out << '\n';
@@ -113,7 +111,7 @@ void WriteElements41(NumberWriter& out, std::size_t number,
   for (std::size_t begin = 0; begin < size;) {
     const std::size_t end = EndOfRun(tags, begin, size);
     out << kCorners - 1 << ' ' << EntityOf(distinct_tags, TagOf(tags, begin)) << ' '
-        << (kCorners == 2 ? kLine : kTriangle) << ' ' << end - begin << '\n';
+        << (kCorners == 2 ? kGmshLine : kGmshTriangle) << ' ' << end - begin << '\n';
     for (std::size_t i = begin; i < end; ++i) {
       out << number + i;
       for (const std::int32_t point : elements[i]) out << ' ' << std::int64_t{point} + 1;

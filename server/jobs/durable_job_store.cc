@@ -35,11 +35,6 @@ Error Named(Error error) {
 
 Status Named(const Status& status) { return status.ok() ? status : Status(Named(status.error())); }
 
-Error NotFound(const JobKey& key, const std::string& what) {
-  return {ErrorCode::kJobNotFound, "job '" + key.job_id + "' has no " + what + " any more",
-          "job_id"};
-}
-
 // How a job ended, with its mesh.
 struct StoredEnd {
   JobInfo info;
@@ -115,7 +110,7 @@ Result<SharedBytes> DurableJobStore::LoadInput(const JobKey& key) {
   Result<StoredDocument> document = store_.Load(KeyOf(key));
   if (!document.ok()) return Named(document.error());
   if (document->head.snapshot_number != 0 || document->records.empty()) {
-    return NotFound(key, "input");
+    return NotStored(key, "input");
   }
   return std::make_shared<const Bytes>(std::move(document->records.front()));
 }
@@ -123,7 +118,7 @@ Result<SharedBytes> DurableJobStore::LoadInput(const JobKey& key) {
 Result<SharedBytes> DurableJobStore::LoadMesh(const JobKey& key) {
   const Result<StoredDocument> document = store_.Load(KeyOf(key));
   if (!document.ok()) return Named(document.error());
-  if (document->head.snapshot_number == 0) return NotFound(key, "mesh");
+  if (document->head.snapshot_number == 0) return NotStored(key, "mesh");
   PLIANT_ASSIGN_OR_RETURN(StoredEnd end, ReadEnd(key, document->snapshot));
   return std::make_shared<const Bytes>(std::move(end.mesh));
 }

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "core/base/bytes.h"
@@ -12,6 +13,12 @@ namespace pliant::server {
 
 /// Bytes that several may read.
 using SharedBytes = std::shared_ptr<const Bytes>;
+
+/// Why a store has no input or mesh of a job.
+[[nodiscard]] inline Error NotStored(const JobKey& key, const std::string& what) {
+  return {ErrorCode::kJobNotFound, "job '" + key.job_id + "' has no " + what + " any more",
+          "job_id"};
+}
 
 /// Where jobs are kept: what they compute from and what came out.
 ///

@@ -4,14 +4,6 @@
 #include <utility>
 
 namespace pliant::server {
-namespace {
-
-Error NotFound(const JobKey& key, const std::string& what) {
-  return {ErrorCode::kJobNotFound, "job '" + key.job_id + "' has no " + what + " any more",
-          "job_id"};
-}
-
-}  // namespace
 
 void MemoryJobStore::Create(const JobInfo& info, Bytes input, Done done) {
   {
@@ -44,12 +36,12 @@ void MemoryJobStore::Delete(const JobKey& key, Done done) {
 
 Result<SharedBytes> MemoryJobStore::LoadInput(const JobKey& key) {
   if (SharedBytes input = Part(key, &Entry::input)) return input;
-  return NotFound(key, "input");
+  return NotStored(key, "input");
 }
 
 Result<SharedBytes> MemoryJobStore::LoadMesh(const JobKey& key) {
   if (SharedBytes mesh = Part(key, &Entry::mesh)) return mesh;
-  return NotFound(key, "mesh");
+  return NotStored(key, "mesh");
 }
 
 SharedBytes MemoryJobStore::Part(const JobKey& key, SharedBytes Entry::*part) {

@@ -24,6 +24,7 @@
 #include "core/pliant/remesher.h"
 #include "tests/support/mesh_testing.h"
 #include "tests/support/random_domain.h"
+#include "tests/support/seed.h"
 
 namespace pliant {
 namespace {
@@ -36,6 +37,7 @@ using testing::RandomMetric;
 static_assert(kValidateEvery, "this program must be built with PLIANT_VALIDATE_EVERY");
 
 constexpr std::uint64_t kParts = 10;
+constexpr test::Seeds kSeeds = {.count = 500, .long_count = 10'000, .part_count = kParts};
 constexpr std::int64_t kVisitsMax = 5'000'000;  // Far above what any of them needs.
 
 Options RandomOptions(Rng& rng) {
@@ -125,8 +127,7 @@ class RandomSession {
 };
 
 void RunSession(std::uint64_t seed) {
-  SCOPED_TRACE("replay: PLIANT_SEED=" + std::to_string(seed) +
-               " checked_tests --gtest_filter='*Campaign*/0'");
+  SCOPED_TRACE(test::Replay(seed, "checked_tests", "*Campaign*/0"));
   try {
     RandomSession(seed).Run();
   } catch (const InvariantViolation& violation) {
@@ -137,15 +138,11 @@ void RunSession(std::uint64_t seed) {
 class Campaign : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(Campaign, EveryOperationIsValidAndEveryVisitFalls) {
-  if (const char* seed = std::getenv("PLIANT_SEED")) {
-    if (GetParam() == 0) RunSession(std::strtoull(seed, nullptr, 10));
-    return;
-  }
-  const std::uint64_t count = std::getenv("PLIANT_LONG_TESTS") != nullptr ? 10'000 : 500;
-  for (std::uint64_t seed = GetParam(); seed < count; seed += kParts) {
+  for (const std::uint64_t seed : kSeeds.OfPart(GetParam())) {
     RunSession(seed);
     if (HasFailure()) return;
   }
+  if (std::getenv("PLIANT_SEED") != nullptr) return;
   RecordProperty("validated_operations", std::to_string(ValidatedOperationCount()));
   EXPECT_GT(ValidatedOperationCount(), 100'000);
 }

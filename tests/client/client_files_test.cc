@@ -3,14 +3,13 @@
 #include <grpcpp/grpcpp.h>
 #include <gtest/gtest.h>
 
-#include <chrono>
-#include <functional>
 #include <memory>
 #include <string>
 #include <vector>
 
 #include "client/cpp/client.h"
 #include "pliant/v1/session.grpc.pb.h"
+#include "tests/client/loopback_server.h"
 
 namespace pliant::client {
 namespace {
@@ -18,17 +17,7 @@ namespace {
 /// Sends what a test says, and keeps what it is sent.
 class FakeFiles final : public v1::SessionService::Service, public v1::ServerService::Service {
  public:
-  FakeFiles() {
-    int port = 0;
-    grpc::ServerBuilder builder;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-    builder.RegisterService(static_cast<v1::SessionService::Service*>(this));
-    builder.RegisterService(static_cast<v1::ServerService::Service*>(this));
-    server_ = builder.BuildAndStart();
-    address_ = "127.0.0.1:" + std::to_string(port);
-  }
-  ~FakeFiles() override { server_->Shutdown(std::chrono::system_clock::now()); }
-  [[nodiscard]] const std::string& address() const { return address_; }
+  [[nodiscard]] const std::string& address() const { return server_.address(); }
 
   std::vector<v1::ExportSessionResponse> messages;
   std::string received;
@@ -56,8 +45,8 @@ class FakeFiles final : public v1::SessionService::Service, public v1::ServerSer
     return grpc::Status::OK;
   }
 
-  std::string address_;
-  std::unique_ptr<grpc::Server> server_;
+  LoopbackServer server_{static_cast<v1::SessionService::Service*>(this),
+                         static_cast<v1::ServerService::Service*>(this)};
 };
 
 class ClientFiles : public testing::Test {

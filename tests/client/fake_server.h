@@ -1,8 +1,5 @@
 #pragma once
 
-#include <grpcpp/security/server_credentials.h>
-#include <grpcpp/server.h>
-#include <grpcpp/server_builder.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -14,6 +11,7 @@
 #include "core/mesh/mesh_diff.h"
 #include "pliant/v1/session.grpc.pb.h"
 #include "proto/columns.h"
+#include "tests/client/loopback_server.h"
 
 namespace pliant::client {
 
@@ -121,21 +119,8 @@ class EditScript {
 /// A server in this process that does what a test says, mistakes included.
 class FakeServer : public v1::SessionService::Service, public v1::ServerService::Service {
  public:
-  FakeServer() {
-    int port = 0;
-    grpc::ServerBuilder builder;
-    builder.AddListeningPort("127.0.0.1:0", grpc::InsecureServerCredentials(), &port);
-    builder.RegisterService(static_cast<v1::SessionService::Service*>(this));
-    builder.RegisterService(static_cast<v1::ServerService::Service*>(this));
-    server_ = builder.BuildAndStart();
-    address_ = "127.0.0.1:" + std::to_string(port);
-  }
-  ~FakeServer() override { Stop(); }
-  void Stop() {
-    if (server_ != nullptr) server_->Shutdown(std::chrono::system_clock::now());
-    server_.reset();
-  }
-  [[nodiscard]] const std::string& address() const { return address_; }
+  void Stop() { server_.Stop(); }
+  [[nodiscard]] const std::string& address() const { return server_.address(); }
 
   /// Plays each edit stream; the number of the stream counts from 1.
   std::function<grpc::Status(EditScript&, int)> on_edit;
@@ -183,8 +168,8 @@ class FakeServer : public v1::SessionService::Service, public v1::ServerService:
   }
 
   int edit_count_ = 0;
-  std::string address_;
-  std::unique_ptr<grpc::Server> server_;
+  LoopbackServer server_{static_cast<v1::SessionService::Service*>(this),
+                         static_cast<v1::ServerService::Service*>(this)};
 };
 
 }  // namespace pliant::client

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/protocol/follow.h"
 #include "tests/protocol/updates.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/mirror.h"
@@ -58,12 +59,7 @@ class Client {
       }
       answer = std::move(response);
     }
-    if (answer.has_advanced()) {
-      answer.mutable_advanced()->clear_compute_us();
-      answer.mutable_advanced()->clear_elapsed_us();
-      answer.mutable_advanced()->clear_durable_revision();
-    }
-    return answer;
+    return WithoutTimes(std::move(answer));
   }
   v1::Session Info() {
     grpc::ClientContext context;

@@ -11,6 +11,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/protocol/follow.h"
 #include "tests/protocol/updates.h"
 #include "tests/support/files.h"
 #include "tests/support/in_process_server.h"
@@ -46,12 +47,7 @@ class Editor {
       }
       answer = std::move(response);
     }
-    if (answer.has_advanced()) {
-      answer.mutable_advanced()->clear_compute_us();
-      answer.mutable_advanced()->clear_elapsed_us();
-      answer.mutable_advanced()->clear_durable_revision();
-    }
-    return answer;
+    return WithoutTimes(std::move(answer));
   }
 
   Mirror mirror;

@@ -13,6 +13,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "tests/protocol/follow.h"
 #include "tests/protocol/promises.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/subscribe_client.h"
@@ -21,17 +22,6 @@ namespace pliant::test {
 namespace {
 
 using testing::HasSubstr;
-
-Mirror Fetch(InProcessServer& server, const std::string& id) {
-  v1::GetMeshRequest request;
-  request.set_session_id(id);
-  v1::MeshSnapshot snapshot;
-  const grpc::Status status = server.GetMesh(request, &snapshot);
-  EXPECT_TRUE(status.ok()) << status.error_message();
-  Mirror mirror;
-  EXPECT_EQ(mirror.Take(snapshot), "");
-  return mirror;
-}
 
 /// A client that keeps what it sent and saw.
 class Recorder {

@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/protocol/follow.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/mirror.h"
 #include "tests/support/subscribe_client.h"
@@ -29,17 +30,6 @@ constexpr const char* kValid =
 constexpr const char* kTerminating =
     "Every advance ends, and tells me whether it converged or how many vertices it left "
     "unfinished.";
-
-Mirror Fetch(InProcessServer& server, const std::string& id) {
-  v1::GetMeshRequest request;
-  request.set_session_id(id);
-  v1::MeshSnapshot snapshot;
-  const grpc::Status status = server.GetMesh(request, &snapshot);
-  EXPECT_TRUE(status.ok()) << status.error_message();
-  Mirror mirror;
-  EXPECT_EQ(mirror.Take(snapshot), "") << kComplete;
-  return mirror;
-}
 
 // Applies what an advance brought; its result.
 v1::AdvanceResult ApplyUntil(EditClient& edit, std::int64_t update_id, Mirror& mirror) {

@@ -2,6 +2,9 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <string>
+#include <string_view>
+#include <vector>
 
 namespace pliant::test {
 
@@ -9,6 +12,33 @@ namespace pliant::test {
 inline std::uint64_t FirstSeed() {
   const char* seed = std::getenv("PLIANT_SEED");
   return seed != nullptr ? std::strtoull(seed, nullptr, 10) : 0;
+}
+
+/// The seeds 0, 1, 2... of a random test.
+struct Seeds {
+  std::uint64_t count = 0;       ///< How many.
+  std::uint64_t long_count = 0;  ///< How many with PLIANT_LONG_TESTS.
+  std::uint64_t part_count = 1;  ///< Of the tests that share them.
+
+  /// Those of one of these tests; with PLIANT_SEED that seed alone, in the first of them.
+  [[nodiscard]] std::vector<std::uint64_t> OfPart(std::uint64_t part) const {
+    std::vector<std::uint64_t> seeds;
+    if (std::getenv("PLIANT_SEED") != nullptr) {
+      if (part == 0) seeds.push_back(FirstSeed());
+      return seeds;
+    }
+    const bool is_long = std::getenv("PLIANT_LONG_TESTS") != nullptr;
+    for (std::uint64_t seed = part; seed < (is_long ? long_count : count); seed += part_count) {
+      seeds.push_back(seed);
+    }
+    return seeds;
+  }
+};
+
+/// How to run one seed again: `program` with the tests that match `filter`.
+inline std::string Replay(std::uint64_t seed, std::string_view program, std::string_view filter) {
+  return "replay: PLIANT_SEED=" + std::to_string(seed) + " " + std::string(program) +
+         " --gtest_filter='" + std::string(filter) + "'";
 }
 
 }  // namespace pliant::test

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pliant import arrays, calls
+from pliant import arrays, calls, downloads
 from pliant.v1 import session_pb2
 
 
@@ -18,21 +18,12 @@ class FileCalls:
             ResourceExhausted: the file would be larger than what can be imported.
         """
         request = session_pb2.ExportSessionRequest(session_id=session_id)
-        receiver = calls.Receiver(lambda: self._sessions.ExportSession(request))
-        blobs, found = arrays.BlobReceiver(), None
-        try:
-            while True:
-                response = receiver.next()
-                if response.WhichOneof("message") == "chunk":
-                    blobs.add(response.chunk)
-                else:
-                    found = blobs.array(response.file.data, "file.data", "u1").tobytes()
-        except StopIteration:
-            if found is None:
-                raise arrays.broken("the download ended without a file") from None
-            return found
-        finally:
-            receiver.cancel()
+        found = None
+        for response, blobs in downloads.messages(lambda: self._sessions.ExportSession(request)):
+            found = blobs.array(response.file.data, "file.data", "u1").tobytes()
+        if found is None:
+            raise arrays.broken("the download ended without a file")
+        return found
 
     def import_session(self, file: bytes, session_id: str = "") -> str:
         """Creates a session from what `export_session` gave, on this or another server.

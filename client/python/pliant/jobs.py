@@ -6,7 +6,7 @@ from dataclasses import dataclass
 from datetime import datetime, timezone
 from typing import Any, Callable, List, Optional
 
-from pliant import arrays, calls, diff, errors, geometry, inputs, quality, replica
+from pliant import arrays, calls, diff, downloads, errors, geometry, inputs, quality, replica
 from pliant import options as opts
 from pliant.v1 import edit_pb2, job_pb2, job_pb2_grpc, mesh_pb2
 
@@ -144,20 +144,7 @@ class JobCalls:
         """
         request = job_pb2.FetchResultRequest(
             job_id=job_id, parts=[mesh_pb2.MESH_PART_METRIC] if with_metric else [])
-        receiver = calls.Receiver(lambda: self._jobs.FetchResult(request))
-        blobs, mirror = arrays.BlobReceiver(), replica.Replica()
-        try:
-            while True:
-                response = receiver.next()
-                if response.WhichOneof("message") == "chunk":
-                    blobs.add(response.chunk)
-                else:
-                    mirror.apply(replica.change_from_wire(response.snapshot, blobs,
-                                                          is_snapshot=True))
-        except StopIteration:
-            return mirror.view()
-        finally:
-            receiver.cancel()
+        return downloads.mesh(lambda: self._jobs.FetchResult(request))
 
     def wait_for_job(self, job_id: str, timeout_s: Optional[float] = None,
                      reconnect_s: float = 60.0,

@@ -5,8 +5,8 @@ from typing import Any, Callable, List, Optional
 
 import numpy as np
 
-from pliant import arrays, calls, constraints, diff, errors, fields, geometry, inputs, motion
-from pliant import quality, replica, stream
+from pliant import arrays, calls, constraints, diff, downloads, errors, fields, geometry, inputs
+from pliant import motion, quality, replica, stream
 from pliant import metric as metrics
 from pliant import options as opts
 from pliant.v1 import edit_pb2, metric_pb2, motion_pb2, session_pb2
@@ -326,19 +326,9 @@ class Session:
 
         `mesh` is the same, bit for bit, and costs nothing; this is for checks.
         """
-        blobs, fresh = arrays.BlobReceiver(), replica.Replica()
         request = session_pb2.GetMeshRequest(session_id=self._session_id)
         get_mesh = self._stub.GetMesh
-        answers = calls.Receiver(lambda: get_mesh(request))
-        while True:
-            try:
-                response = answers.next()
-            except StopIteration:
-                return fresh.view()
-            if response.WhichOneof("message") == "chunk":
-                blobs.add(response.chunk)
-            else:
-                fresh.apply(replica.change_from_wire(response.snapshot, blobs, is_snapshot=True))
+        return downloads.mesh(lambda: get_mesh(request))
 
     def delete(self) -> None:
         """Ends the session and frees what the server holds of it. Again: does nothing."""

@@ -23,6 +23,7 @@
 #include "tests/support/cell_domain.h"
 #include "tests/support/mesh_testing.h"
 #include "tests/support/random_domain.h"
+#include "tests/support/seed.h"
 
 namespace pliant {
 namespace {
@@ -31,18 +32,9 @@ using testing::CellDomain;
 using testing::Faults;
 
 constexpr std::uint64_t kParts = 4;
+constexpr test::Seeds kCells = {.count = 200, .long_count = 5000, .part_count = kParts};
+constexpr test::Seeds kOthers = {.count = 100, .long_count = 2500, .part_count = kParts};
 constexpr double kAreaTolerance = 1e-11;  // Of sums of some thousand terms of size 1.
-
-std::vector<std::uint64_t> Seeds(std::uint64_t part, std::uint64_t few) {
-  if (const char* seed = std::getenv("PLIANT_SEED")) {
-    return part == 0 ? std::vector<std::uint64_t>{std::strtoull(seed, nullptr, 10)}
-                     : std::vector<std::uint64_t>{};
-  }
-  const std::uint64_t count = std::getenv("PLIANT_LONG_TESTS") != nullptr ? 25 * few : few;
-  std::vector<std::uint64_t> seeds;
-  for (std::uint64_t seed = part; seed < count; seed += kParts) seeds.push_back(seed);
-  return seeds;
-}
 
 MetricSpec Size(const std::string& size) {
   MetricSpec spec;
@@ -173,9 +165,8 @@ class CellSession {
 class RandomDomainSwaps : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(RandomDomainSwaps, OfCellsKeepWhatTheyHaveInCommon) {
-  for (const std::uint64_t seed : Seeds(GetParam(), 200)) {
-    SCOPED_TRACE("replay: PLIANT_SEED=" + std::to_string(seed) +
-                 " core_tests --gtest_filter='*RandomDomainSwaps*Cells*/0'");
+  for (const std::uint64_t seed : kCells.OfPart(GetParam())) {
+    SCOPED_TRACE(test::Replay(seed, "core_tests", "*RandomDomainSwaps*Cells*/0"));
     CellSession(seed).Run();
     if (HasFailure()) return;
   }
@@ -184,9 +175,8 @@ TEST_P(RandomDomainSwaps, OfCellsKeepWhatTheyHaveInCommon) {
 // Domains of triangulated clusters, with gaps down to 1e-6; two of them have no more in common than
 // chance wants.
 TEST_P(RandomDomainSwaps, OfOtherKindsReplaceEachOther) {
-  for (const std::uint64_t seed : Seeds(GetParam(), 100)) {
-    SCOPED_TRACE("replay: PLIANT_SEED=" + std::to_string(seed) +
-                 " core_tests --gtest_filter='*RandomDomainSwaps*Other*/0'");
+  for (const std::uint64_t seed : kOthers.OfPart(GetParam())) {
+    SCOPED_TRACE(test::Replay(seed, "core_tests", "*RandomDomainSwaps*Other*/0"));
     const testing::RandomCase first = testing::MakeRandomCase(seed);
     const testing::RandomCase second = testing::MakeRandomCase(seed + 1'000'000);
     auto made = Remesher::Create(first.domain, Size("0.1"), {});

@@ -21,6 +21,7 @@
 #include "core/motion/move.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
+#include "tests/support/seed.h"
 
 namespace pliant {
 namespace {
@@ -29,19 +30,9 @@ using testing::Faults;
 
 constexpr double kPi = 3.14159265358979323846;
 constexpr std::uint64_t kParts = 4;
+constexpr test::Seeds kSeeds = {.count = 200, .long_count = 5000, .part_count = kParts};
 constexpr std::int64_t kVisitsMax = 3'000'000;
 constexpr std::int32_t kFirstBody = 10;
-
-std::vector<std::uint64_t> Seeds(std::uint64_t part) {
-  if (const char* seed = std::getenv("PLIANT_SEED")) {
-    return part == 0 ? std::vector<std::uint64_t>{std::strtoull(seed, nullptr, 10)}
-                     : std::vector<std::uint64_t>{};
-  }
-  const std::uint64_t count = std::getenv("PLIANT_LONG_TESTS") != nullptr ? 5000 : 200;
-  std::vector<std::uint64_t> seeds;
-  for (std::uint64_t seed = part; seed < count; seed += kParts) seeds.push_back(seed);
-  return seeds;
-}
 
 class RandomSession {
  public:
@@ -226,9 +217,8 @@ class RandomSession {
 class RandomMotions : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(RandomMotions, KeepEveryPromise) {
-  for (const std::uint64_t seed : Seeds(GetParam())) {
-    SCOPED_TRACE("replay: PLIANT_SEED=" + std::to_string(seed) +
-                 " core_tests --gtest_filter='*RandomMotions*/0'");
+  for (const std::uint64_t seed : kSeeds.OfPart(GetParam())) {
+    SCOPED_TRACE(test::Replay(seed, "core_tests", "*RandomMotions*/0"));
     RandomSession(seed).Run();
     if (HasFailure()) return;
   }

@@ -25,6 +25,7 @@
 #include "core/pliant/displace.h"
 #include "tests/support/cell_domain.h"
 #include "tests/support/mesh_testing.h"
+#include "tests/support/seed.h"
 
 namespace pliant {
 namespace {
@@ -32,18 +33,8 @@ namespace {
 using testing::Faults;
 
 constexpr std::uint64_t kParts = 4;
+constexpr test::Seeds kSeeds = {.count = 200, .long_count = 5000, .part_count = kParts};
 constexpr std::int64_t kVisitsMax = 3'000'000;
-
-std::vector<std::uint64_t> Seeds(std::uint64_t part) {
-  if (const char* seed = std::getenv("PLIANT_SEED")) {
-    return part == 0 ? std::vector<std::uint64_t>{std::strtoull(seed, nullptr, 10)}
-                     : std::vector<std::uint64_t>{};
-  }
-  const std::uint64_t count = std::getenv("PLIANT_LONG_TESTS") != nullptr ? 5000 : 200;
-  std::vector<std::uint64_t> seeds;
-  for (std::uint64_t seed = part; seed < count; seed += kParts) seeds.push_back(seed);
-  return seeds;
-}
 
 /// What a refused update must leave alone.
 struct Traces {
@@ -356,9 +347,8 @@ class RandomSession {
 class RandomSequences : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(RandomSequences, KeepEveryPromise) {
-  for (const std::uint64_t seed : Seeds(GetParam())) {
-    SCOPED_TRACE("replay: PLIANT_SEED=" + std::to_string(seed) +
-                 " core_tests --gtest_filter='*RandomSequences*/0'");
+  for (const std::uint64_t seed : kSeeds.OfPart(GetParam())) {
+    SCOPED_TRACE(test::Replay(seed, "core_tests", "*RandomSequences*/0"));
     RandomSession(seed).Run();
     if (HasFailure()) return;
   }

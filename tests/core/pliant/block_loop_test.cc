@@ -23,6 +23,7 @@
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
 #include "tests/support/random_domain.h"
+#include "tests/support/seed.h"
 
 namespace pliant {
 namespace {
@@ -164,19 +165,12 @@ TEST(BlockLoop, CanBeLeftAtAnyPoint) {
 // regions in blocks of some 16 nodes stay valid triangulations of the domain, with the same bits on
 // one thread and on three. Method: random domains; most nodes are next to a border.
 TEST(BlockDomains, StayValidWithBordersEverywhere) {
-  std::uint64_t first = 0;
-  std::uint64_t count = 40;
-  if (std::getenv("PLIANT_LONG_TESTS") != nullptr) count *= 50;
-  if (const char* seed = std::getenv("PLIANT_SEED")) {
-    first = std::strtoull(seed, nullptr, 10);
-    count = 1;
-  }
   ThreadPool threads(3);
-  int in_blocks = 0;
-  for (std::uint64_t seed = first; seed < first + count; ++seed) {
+  std::size_t in_blocks = 0;
+  const auto seeds = test::Seeds{.count = 40, .long_count = 2000}.OfPart(0);
+  for (const std::uint64_t seed : seeds) {
     const testing::RandomCase random = testing::MakeRandomCase(seed);
-    SCOPED_TRACE("replay: PLIANT_SEED=" + std::to_string(seed) +
-                 " core_tests --gtest_filter='*BlockDomains*'");
+    SCOPED_TRACE(test::Replay(seed, "core_tests", "*BlockDomains*"));
     // The random metrics make most domains a few elements wide, and such meshes are not nested;
     // every other domain gets a constant size.
     const auto metric = [&]() -> std::unique_ptr<MetricField> {
@@ -197,7 +191,7 @@ TEST(BlockDomains, StayValidWithBordersEverywhere) {
       progress = remesher->Step({.visits_max = 5'000});
     }
     const Outcome alone = Finish(*remesher);
-    in_blocks += counting.task_count > 0;
+    in_blocks += counting.task_count > 0 ? 1 : 0;
     EXPECT_NEAR(Area(remesher->mesh()), random.area, 1e-12 * random.extent * random.extent);
     const auto areas = testing::RegionAreas(remesher->mesh());
     for (const auto& [region, area] : random.region_areas) {
@@ -210,8 +204,8 @@ TEST(BlockDomains, StayValidWithBordersEverywhere) {
     EXPECT_EQ(Finish(*start(&threads)), alone);
     if (HasFatalFailure()) return;
   }
-  if (count > 1) {
-    EXPECT_GT(in_blocks, static_cast<int>(count / 3));
+  if (seeds.size() > 1) {
+    EXPECT_GT(in_blocks, seeds.size() / 3);
   }
 }
 

@@ -17,6 +17,7 @@
 #include "core/pliant/remesher.h"
 #include "tests/support/mesh_testing.h"
 #include "tests/support/random_domain.h"
+#include "tests/support/seed.h"
 
 namespace pliant {
 namespace {
@@ -419,12 +420,8 @@ class FrozenCampaign {
 //       stays a triangulation of its domain.
 // Replay: PLIANT_SEED=17 core_tests --gtest_filter='FrozenAtRandom.*'
 TEST(FrozenAtRandom, NothingFrozenEverChanges) {
-  const char* one = std::getenv("PLIANT_SEED");
-  const std::uint64_t first = one != nullptr ? std::strtoull(one, nullptr, 10) : 0;
-  const std::uint64_t count = one != nullptr ? 1 : 60;
-  for (std::uint64_t seed = first; seed < first + count; ++seed) {
-    SCOPED_TRACE("replay: PLIANT_SEED=" + std::to_string(seed) +
-                 " core_tests --gtest_filter='FrozenAtRandom.*'");
+  for (const std::uint64_t seed : test::Seeds{.count = 60, .long_count = 1000}.OfPart(0)) {
+    SCOPED_TRACE(test::Replay(seed, "core_tests", "FrozenAtRandom.*"));
     FrozenCampaign(seed).Run();
     if (HasFailure()) return;
   }

@@ -17,6 +17,7 @@
 #include "core/pliant/remesher.h"
 #include "tests/support/mesh_testing.h"
 #include "tests/support/random_domain.h"
+#include "tests/support/seed.h"
 
 namespace pliant {
 namespace {
@@ -28,24 +29,9 @@ using testing::RandomCase;
 using testing::RandomMetric;
 
 constexpr std::uint64_t kParts = 8;
+constexpr test::Seeds kMany = {.count = 1'000, .long_count = 50'000, .part_count = kParts};
+constexpr test::Seeds kFew = {.count = 100, .long_count = 5'000, .part_count = kParts};
 constexpr std::int64_t kVisitsMax = 5'000'000;  // Far above what any of them needs.
-
-/// The seeds of one part of a campaign of `count` domains.
-std::vector<std::uint64_t> Seeds(std::uint64_t part, std::uint64_t count) {
-  if (const char* seed = std::getenv("PLIANT_SEED")) {
-    return part == 0 ? std::vector<std::uint64_t>{std::strtoull(seed, nullptr, 10)}
-                     : std::vector<std::uint64_t>{};
-  }
-  if (std::getenv("PLIANT_LONG_TESTS") != nullptr) count *= 50;
-  std::vector<std::uint64_t> seeds;
-  for (std::uint64_t seed = part; seed < count; seed += kParts) seeds.push_back(seed);
-  return seeds;
-}
-
-std::string Replay(const char* test, std::uint64_t seed) {
-  return "replay: PLIANT_SEED=" + std::to_string(seed) + " core_tests --gtest_filter='*" + test +
-         "/0'";
-}
 
 Options RandomOptions(Rng& rng) {
   Options options;
@@ -71,12 +57,13 @@ void RunToTheEnd(Remesher& remesher) {
 class RandomDomains : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(RandomDomains, EndWithAValidMesh) {
-  for (const std::uint64_t seed : Seeds(GetParam(), 1'000)) {
+  for (const std::uint64_t seed : kMany.OfPart(GetParam())) {
     const RandomCase random = MakeRandomCase(seed);
     std::string description;
     auto field = RandomMetric(random, 300, seed, &description);
     SCOPED_TRACE(::testing::Message()
-                 << description << "; " << Replay("RandomDomains.EndWithAValidMesh", seed));
+                 << description << "; "
+                 << test::Replay(seed, "core_tests", "*RandomDomains.EndWithAValidMesh/0"));
     Rng rng(seed);
     auto made = Remesher::Create(random.domain, std::move(field), RandomOptions(rng));
     ASSERT_TRUE(made.ok()) << made.error().message << ' ' << made.error().index;
@@ -94,9 +81,9 @@ class PaperOnRandomDomains : public ::testing::TestWithParam<std::uint64_t> {};
 
 // The paper's loop need not converge; it must stop at its limit and be valid at any time.
 TEST_P(PaperOnRandomDomains, StopsWithAValidMesh) {
-  for (const std::uint64_t seed : Seeds(GetParam(), 100)) {
+  for (const std::uint64_t seed : kFew.OfPart(GetParam())) {
     const RandomCase random = MakeRandomCase(seed);
-    SCOPED_TRACE(Replay("PaperOnRandomDomains.StopsWithAValidMesh", seed));
+    SCOPED_TRACE(test::Replay(seed, "core_tests", "*PaperOnRandomDomains.StopsWithAValidMesh/0"));
     Options options;
     options.variant = Variant::kPaper;
     options.seed = seed;
@@ -194,8 +181,9 @@ class UpdateCampaign {
 class UpdatesOfRandomDomains : public ::testing::TestWithParam<std::uint64_t> {};
 
 TEST_P(UpdatesOfRandomDomains, KeepTheReplicaEqualAndTheMeshValid) {
-  for (const std::uint64_t seed : Seeds(GetParam(), 100)) {
-    SCOPED_TRACE(Replay("UpdatesOfRandomDomains.KeepTheReplicaEqualAndTheMeshValid", seed));
+  for (const std::uint64_t seed : kFew.OfPart(GetParam())) {
+    SCOPED_TRACE(test::Replay(seed, "core_tests",
+                              "*UpdatesOfRandomDomains.KeepTheReplicaEqualAndTheMeshValid/0"));
     UpdateCampaign(seed).Run();
     if (HasFailure()) return;
   }

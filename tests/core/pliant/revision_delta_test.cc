@@ -18,6 +18,7 @@
 #include "core/pliant/remesher.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
+#include "tests/support/seed.h"
 #include "tests/support/session_script.h"
 
 namespace pliant {
@@ -170,12 +171,8 @@ class Walk {
 // Method: random lives of a session, once straight through and once with ways back in between; the
 //         whole written state is compared after every step. PLIANT_SEED=n runs one of them.
 TEST(RevisionDelta, LeadsToTheBitsOfTheFirstTimeAndOnWithThem) {
-  const char* one = std::getenv("PLIANT_SEED");
-  const std::uint64_t first = one != nullptr ? std::strtoull(one, nullptr, 10) : 1;
-  const std::uint64_t last = one != nullptr ? first : 30;
-  for (std::uint64_t seed = first; seed <= last; ++seed) {
-    SCOPED_TRACE("replay: PLIANT_SEED=" + std::to_string(seed) +
-                 " core_tests --gtest_filter=RevisionDelta.LeadsTo*");
+  for (const std::uint64_t seed : test::Seeds{.count = 30, .long_count = 300}.OfPart(0)) {
+    SCOPED_TRACE(test::Replay(seed, "core_tests", "RevisionDelta.LeadsTo*"));
     Walk walk(seed, 8);
     ASSERT_EQ(walk.Difference(), "");
     for (int step = 0; step < 40; ++step) {
