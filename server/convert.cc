@@ -113,12 +113,8 @@ Result<MetricUpdate> ConvertLimits(const v1::MetricUpdate& wire) {
   if (limits.has_gradation()) update.gradation = limits.gradation();
   if (limits.has_rotation()) update.rotation = limits.rotation();
   if (limits.has_geometry()) update.geometry = limits.geometry();
-  if (limits.gap_element_count() != 0) {
-    return NotYet("The gap limit", "metric.limits.gap_element_count");
-  }
-  if (limits.smoothing_count() != 0) {
-    return NotYet("Smoothing of tensors", "metric.limits.smoothing_count");
-  }
+  if (limits.has_gap_element_count()) update.gap_element_count = limits.gap_element_count();
+  if (limits.has_smoothing_count()) update.smoothing_count = limits.smoothing_count();
   return update;
 }
 
@@ -182,7 +178,9 @@ Result<MetricSpec> ConvertFirstMetric(const v1::CreateSession& create,
                  .anisotropy_max = limits.anisotropy_max.value_or(0)};
   spec.gradation = {.gradation = limits.gradation.value_or(0),
                     .rotation = limits.rotation.value_or(0),
-                    .geometry = limits.geometry.value_or(0)};
+                    .geometry = limits.geometry.value_or(0),
+                    .gap_element_count = limits.gap_element_count.value_or(0),
+                    .smoothing_count = limits.smoothing_count.value_or(0)};
   return spec;
 }
 

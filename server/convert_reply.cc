@@ -176,6 +176,7 @@ void WriteLimits(const MetricReport& report, v1::AdvanceResult& result) {
     wire.set_complexity_before(report.raw_complexity);
     wire.set_complexity_after(report.limited_complexity);
   };
+  write(v1::LIMIT_STAGE_SMOOTHING, report.smoothing_count);
   write(v1::LIMIT_STAGE_GEOMETRY, report.geometry_count);
   write(v1::LIMIT_STAGE_ROTATION, report.rotation_count);
   write(v1::LIMIT_STAGE_GRADATION, report.gradation_count);

@@ -88,8 +88,17 @@ constexpr std::array kCounts = {&LoopCounts::visits,
                                 &LoopCounts::refused_at_limit,
                                 &LoopCounts::refused_by_allowance};
 
+/// What a report begins with; 2 came later than the others.
+enum class ReportLayout : std::uint8_t { kNoLimits = 0, kLimits = 1, kSmoothed = 2 };
+
+ReportLayout LayoutOf(const MetricReport& report) {
+  if (!report.limits) return ReportLayout::kNoLimits;
+  return report.smoothing_count > 0 ? ReportLayout::kSmoothed : ReportLayout::kLimits;
+}
+
 void PutReport(const MetricReport& report, ByteWriter& writer) {
-  PutFlag(report.limits, writer);
+  PutEnum(LayoutOf(report), writer);
+  if (report.smoothing_count > 0) writer.Put(report.smoothing_count);
   for (const std::int64_t count : {report.geometry_count, report.rotation_count,
                                    report.gradation_count, report.changed_count}) {
     writer.Put(count);
@@ -102,7 +111,9 @@ void PutReport(const MetricReport& report, ByteWriter& writer) {
 
 MetricReport TakeReport(ByteReader& reader) {
   MetricReport report;
-  report.limits = TakeFlag(reader);
+  const auto layout = TakeEnum(reader, ReportLayout::kSmoothed);
+  report.limits = layout != ReportLayout::kNoLimits;
+  if (layout == ReportLayout::kSmoothed) report.smoothing_count = reader.Take<std::int64_t>();
   for (std::int64_t* count : {&report.geometry_count, &report.rotation_count,
                               &report.gradation_count, &report.changed_count}) {
     *count = reader.Take<std::int64_t>();

@@ -13,8 +13,8 @@
 namespace pliant::server {
 namespace {
 
-constexpr Seal kInputSeal{.kind = 0x4e494c50, .version = 1};   // "PLIN"
-constexpr Seal kMemorySeal{.kind = 0x454d4c50, .version = 1};  // "PLME"
+constexpr Seal kInputSeal{.kind = 0x4e494c50, .version = 2};   // "PLIN"
+constexpr Seal kMemorySeal{.kind = 0x454d4c50, .version = 2};  // "PLME"
 constexpr char kMemoryName[] = "session snapshot";
 
 bool IsInput(std::span<const std::byte> bytes) {

@@ -245,6 +245,8 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                  "limits.gradation",
                                  "limits.rotation",
                                  "limits.geometry",
+                                 "limits.gap_element_count",
+                                 "limits.smoothing_count",
                                  "part.metric",
                                  "part.fields",
                                  "part.transfer",

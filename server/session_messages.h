@@ -80,6 +80,8 @@ struct MetricUpdate {
   std::optional<double> gradation = {};
   std::optional<double> rotation = {};
   std::optional<double> geometry = {};
+  std::optional<double> gap_element_count = {};
+  std::optional<std::int32_t> smoothing_count = {};
   std::optional<DisplacementUpdate> displacement = {};  ///< Comes before the source.
 };
 

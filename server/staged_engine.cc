@@ -45,7 +45,8 @@ Status NamedBy(const Status& status, const std::string& update) {
 // word.
 bool ChangesLimits(const MetricUpdate& update) {
   return update.time || update.size_min || update.size_max || update.anisotropy_max ||
-         update.gradation || update.rotation || update.geometry;
+         update.gradation || update.rotation || update.geometry || update.gap_element_count ||
+         update.smoothing_count;
 }
 
 Error LimitsOfTensors() {
@@ -337,6 +338,8 @@ Status StagedEngine::SetSpec(const MetricUpdate& update) {
   if (update.gradation) spec.gradation.gradation = *update.gradation;
   if (update.rotation) spec.gradation.rotation = *update.rotation;
   if (update.geometry) spec.gradation.geometry = *update.geometry;
+  if (update.gap_element_count) spec.gradation.gap_element_count = *update.gap_element_count;
+  if (update.smoothing_count) spec.gradation.smoothing_count = *update.smoothing_count;
   PLIANT_RETURN_IF_ERROR(engine_->SetMetric(spec));
   spec_ = std::make_shared<const MetricSpec>(std::move(spec));
   return {};

@@ -114,6 +114,17 @@ void AddMetricOptions(CLI::App& command, MetricOptions& options, MetricNeed need
           "Greatest size at a point of the domain by the shortest segment there, 0.1 to 10; "
           "1 suits short segments, with --hgrad; 0 is no limit")
       ->capture_default_str();
+  command
+      .add_option(
+          "--gap-elements", options.gradation.gap_element_count,
+          "How many elements fit across a gap between boundaries, 0.5 to 100, with --hgrad; "
+          "0 is no limit")
+      ->capture_default_str();
+  command
+      .add_option("--tensor-smoothing", options.gradation.smoothing_count,
+                  "Averages of each tensor with those of its neighbours, 1 or 2 for noisy ones")
+      ->check(CLI::Range(0, 8))
+      ->capture_default_str();
 }
 
 Result<MetricSpec> MakeMetricSpec(const MetricOptions& options, const io::Geometry& input,

@@ -164,6 +164,7 @@ MetricReport MetricReportFrom(const v1::AdvanceResult& result) {
     report.worst = VertexId(limit.worst_vertex_id());
     report.raw_complexity = limit.complexity_before();
     report.limited_complexity = limit.complexity_after();
+    if (limit.stage() == v1::LIMIT_STAGE_SMOOTHING) report.smoothing_count = limit.vertex_count();
     if (limit.stage() == v1::LIMIT_STAGE_GEOMETRY) report.geometry_count = limit.vertex_count();
     if (limit.stage() == v1::LIMIT_STAGE_ROTATION) report.rotation_count = limit.vertex_count();
     if (limit.stage() == v1::LIMIT_STAGE_GRADATION) report.gradation_count = limit.vertex_count();
@@ -255,6 +256,8 @@ v1::MetricUpdate ToWire(const MetricSpec& metric, ColumnWriter& columns) {
   limits.set_gradation(metric.gradation.gradation);
   limits.set_rotation(metric.gradation.rotation);
   limits.set_geometry(metric.gradation.geometry);
+  limits.set_gap_element_count(metric.gradation.gap_element_count);
+  limits.set_smoothing_count(metric.gradation.smoothing_count);
   return message;
 }
 

@@ -11,6 +11,7 @@
 #include "core/base/check.h"
 #include "core/base/math.h"
 #include "core/metric/gradation_rule.h"
+#include "core/metric/tensor_smoothing.h"
 
 namespace pliant {
 namespace {
@@ -39,9 +40,12 @@ class Limiter {
   Limiter(const VertexGraph& graph, std::span<const Vec2> points, GradationRates rates)
       : graph_(graph), points_(points), rates_(rates) {}
 
-  LimitedMetrics Run(std::span<const Metric> tensors, bool with_growth) {
+  LimitedMetrics Run(std::span<const Metric> tensors, const GradationOptions& options) {
+    const bool with_growth = options.gradation != 0;
     raw_.reserve(tensors.size());
     for (const Metric& tensor : tensors) raw_.push_back(SizesFromMetric(tensor));
+    was_smoothed_.assign(raw_.size(), 0);
+    if (options.smoothing_count > 0) Smooth(tensors, options.smoothing_count);
     sizes_ = raw_;
     was_rotated_.assign(raw_.size(), 0);
     was_graded_.assign(raw_.size(), 0);
@@ -63,6 +67,28 @@ class Limiter {
   std::int32_t size() const { return static_cast<std::int32_t>(raw_.size()); }
   Vec2 Edge(std::int32_t from, std::int32_t to) const {
     return points_[Index(to)] - points_[Index(from)];
+  }
+
+  /// Replaces each tensor by its mean with its ring, over and over.
+  void Smooth(std::span<const Metric> tensors, std::int32_t pass_count) {
+    std::vector<LogMetric> logs;
+    for (const Metric& tensor : tensors) logs.push_back(pliant::Log(tensor));
+    const std::vector<LogMetric> first = logs;
+    for (std::int32_t pass = 0; pass < pass_count; ++pass) {
+      const std::vector<LogMetric> before = logs;
+      for (std::int32_t p = 0; p < size(); ++p) {
+        std::vector<PlacedLog> ring;
+        for (const std::int32_t q : Neighbors(p)) {
+          ring.push_back({points_[Index(q)], before[Index(q)]});
+        }
+        logs[Index(p)] = RingMean(before[Index(p)], ring);
+      }
+    }
+    for (std::size_t p = 0; p < logs.size(); ++p) {
+      if (logs[p] == first[p]) continue;
+      was_smoothed_[p] = 1;
+      raw_[p] = SizesFromMetric(Exp(logs[p]));
+    }
   }
 
   /// Shortens every wide size by the rotation limit. All see the sizes of before.
@@ -156,12 +182,14 @@ class Limiter {
     for (std::size_t v = 0; v < tensors.size(); ++v) {
       result.rotation_count += was_rotated_[v];
       result.gradation_count += was_graded_[v];
-      if (sizes_[v] == raw_[v]) {
+      result.smoothing_count += was_smoothed_[v];
+      if (was_smoothed_[v] == 0 && sizes_[v] == raw_[v]) {
         result.tensors.push_back(tensors[v]);
         continue;
       }
       result.tensors.push_back(MetricFromSizes(sizes_[v]));
-      result.size_ratio_max = std::max(result.size_ratio_max, SizeRatio(raw_[v], sizes_[v]));
+      const double ratio = SizeRatio(SizesFromMetric(tensors[v]), sizes_[v]);
+      result.size_ratio_max = std::max(result.size_ratio_max, ratio);
     }
     return result;
   }
@@ -169,9 +197,10 @@ class Limiter {
   const VertexGraph& graph_;
   std::span<const Vec2> points_;
   GradationRates rates_;
-  std::vector<AxisSizes> raw_;
+  std::vector<AxisSizes> raw_;    ///< Of the tensors, or of their averages.
   std::vector<AxisSizes> base_;   ///< What a pass starts from.
   std::vector<AxisSizes> sizes_;  ///< The result so far.
+  std::vector<char> was_smoothed_;
   std::vector<char> was_rotated_;
   std::vector<char> was_graded_;
 };
@@ -216,10 +245,9 @@ LimitedMetrics LimitMetrics(const VertexGraph& graph, std::span<const Vec2> poin
                "points", points.size(), "tensors", tensors.size());
   PLIANT_CHECK(options.gradation == 0 || options.gradation >= 1, "gradation", options.gradation);
   PLIANT_CHECK(options.rotation >= 0, "rotation", options.rotation);
-  const bool with_growth = options.gradation != 0;
-  const GradationRates rates = {.growth = with_growth ? Log(options.gradation) : 0,
+  const GradationRates rates = {.growth = options.gradation == 0 ? 0 : Log(options.gradation),
                                 .rotation = options.rotation};
-  return Limiter(graph, points, rates).Run(tensors, with_growth);
+  return Limiter(graph, points, rates).Run(tensors, options);
 }
 
 }  // namespace pliant

@@ -36,9 +36,20 @@ struct GradationOptions {
   /// `gradation` to reach beyond the point. LimitMetrics knows no segments and ignores it.
   double geometry = 0;
 
+  /// How many elements shall fit across a gap between two boundaries, where that makes them
+  /// smaller; 0.5 to 100, 1 or 2 are usual. A gap is what lies between a vertex of the boundary and
+  /// what faces it; no gap makes them smaller than a hundredth. Needs `gradation` to reach beyond
+  /// the boundary. LimitMetrics knows no segments and ignores it.
+  double gap_element_count = 0;
+  /// How many times each tensor is averaged with those of its neighbours before anything limits it,
+  /// 0 to 8: for tensors with noise, such as those of a computed solution. Once or twice leave a
+  /// clean front as it is. May make a metric coarser too, and what it does depends on the mesh.
+  std::int32_t smoothing_count = 0;
+
   /// True if anything limits.
   [[nodiscard]] constexpr bool any() const {
-    return gradation != 0 || rotation != 0 || geometry != 0;
+    return gradation != 0 || rotation != 0 || geometry != 0 || gap_element_count != 0 ||
+           smoothing_count != 0;
   }
   friend constexpr bool operator==(const GradationOptions&, const GradationOptions&) = default;
 };
@@ -46,13 +57,14 @@ struct GradationOptions {
 /// What limiting did.
 struct LimitedMetrics {
   std::vector<Metric> tensors;       ///< Per vertex; to the bit the raw one where nothing bit.
+  std::int64_t smoothing_count = 0;  ///< Vertices whose tensor is an average with others.
   std::int64_t rotation_count = 0;   ///< Vertices whose long size the rotation limit shortened.
   std::int64_t gradation_count = 0;  ///< Vertices that a neighbour's size made finer.
   double size_ratio_max = 1;         ///< Largest raw size / limited size, in any direction.
 };
 
 /// Makes a raw metric one that a mesh can follow: each tensor as coarse as it may be, nowhere
-/// coarser than the raw one.
+/// coarser than the raw one (or than its average, with smoothing).
 ///
 /// Two shortest-path problems over the edges, first of the thin sizes (each carries its axes along
 /// where the neighbour's own wish is weaker), then of the long ones; before and between them the

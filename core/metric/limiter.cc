@@ -19,7 +19,8 @@ std::size_t Index(std::int32_t vertex) { return static_cast<std::size_t>(vertex)
 MetricLimiter::MetricLimiter(const GradationOptions& options)
     : rates_{.growth = options.gradation == 0 ? 0 : Log(options.gradation),
              .rotation = options.rotation},
-      grows_(options.gradation != 0) {
+      grows_(options.gradation != 0),
+      smoothing_(options.smoothing_count) {
   PLIANT_CHECK(options.gradation == 0 || options.gradation >= 1, "gradation", options.gradation);
   PLIANT_CHECK(options.rotation >= 0, "rotation", options.rotation);
 }
@@ -30,11 +31,20 @@ void MetricLimiter::SetRaw(std::int32_t vertex, const Metric& raw, double size_c
   row.is_new = row.is_new || !row.live;
   row.live = true;
   row.raw = raw;
-  row.own = SizesFromMetric(raw);
-  row.capped = row.own.wide > size_cap;
-  row.own.thin = std::min(row.own.thin, size_cap);
-  row.own.wide = std::min(row.own.wide, size_cap);
+  row.size_cap = size_cap;
+  if (smoothing_.on()) {
+    smoothing_.Set(vertex, raw);
+  } else {
+    SetOwn(row, raw);
+  }
   Touch(vertex);
+}
+
+void MetricLimiter::SetOwn(Row& row, const Metric& wanted) {
+  row.own = SizesFromMetric(wanted);
+  row.capped = row.own.wide > row.size_cap;
+  row.own.thin = std::min(row.own.thin, row.size_cap);
+  row.own.wide = std::min(row.own.wide, row.size_cap);
 }
 
 void MetricLimiter::Remove(std::int32_t vertex) {
@@ -44,8 +54,9 @@ void MetricLimiter::Remove(std::int32_t vertex) {
 }
 
 LimitChanges MetricLimiter::Update(VertexRings& rings) {
+  std::erase_if(touched_, [&](std::int32_t v) { return !row(v).live; });
+  if (smoothing_.on()) Smooth(rings);
   for (const std::int32_t v : touched_) {
-    if (!row(v).live) continue;
     AddNear(v);
     AddNearRing(rings, v);
   }
@@ -59,6 +70,16 @@ LimitChanges MetricLimiter::Update(VertexRings& rings) {
   for (const std::int32_t v : near_) rows_[Index(v)].near = false;
   near_.clear();
   return changes;
+}
+
+/// Before the first pass: averages become what their vertices want.
+void MetricLimiter::Smooth(VertexRings& rings) {
+  touched_ = smoothing_.Update(rings, touched_);
+  for (const std::int32_t v : touched_) {
+    Row& row = Mutable(v);
+    row.smoothed = smoothing_.Differs(v);
+    SetOwn(row, row.smoothed ? smoothing_.At(v) : row.raw);
+  }
 }
 
 /// The first pass: the rotation limit between the raw tensors.
@@ -110,7 +131,7 @@ LimitChanges MetricLimiter::Finish(VertexRings& rings) {
     Count(row, 1);
     changes.vertices.push_back(v);
     const AxisSizes limited = row.limited();
-    if (limited == row.own && !row.capped) continue;
+    if (row.is_raw()) continue;
     const double ratio = SizeRatio(SizesFromMetric(row.raw), limited);
     if (ratio <= changes.size_ratio_max) continue;
     changes.size_ratio_max = ratio;
@@ -138,13 +159,14 @@ void MetricLimiter::Measure(VertexRings& rings, std::int32_t v) {
 
 Metric MetricLimiter::Limited(std::int32_t vertex) const {
   const Row& row = this->row(vertex);
-  return row.limited() == row.own && !row.capped ? row.raw : MetricFromSizes(row.limited());
+  return row.is_raw() ? row.raw : MetricFromSizes(row.limited());
 }
 
 void MetricLimiter::Commit() {
   PLIANT_CHECK(changed_.empty() && touched_.empty());
   for (const auto& [v, old] : log_) rows_[Index(v)].logged = false;
   log_.clear();
+  smoothing_.Commit();
   committed_size_ = rows_.size();
   committed_totals_ = totals_;
 }
@@ -161,6 +183,7 @@ std::vector<std::pair<std::int32_t, Metric>> MetricLimiter::ChangedRaw() const {
 void MetricLimiter::Rollback() {
   for (const auto& [v, old] : log_) rows_[Index(v)] = old;
   log_.clear();
+  smoothing_.Rollback();
   rows_.resize(committed_size_);
   totals_ = committed_totals_;
   touched_.clear();
@@ -184,6 +207,7 @@ MetricLimiter::Row& MetricLimiter::Mutable(std::int32_t v) {
 }
 
 void MetricLimiter::Count(const Row& row, int sign) {
+  if (row.smoothed) totals_.smoothing_count += sign;
   if (row.capped) totals_.geometry_count += sign;
   if (row.rotated()) totals_.rotation_count += sign;
   if (row.graded()) totals_.gradation_count += sign;

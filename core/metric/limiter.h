@@ -12,23 +12,14 @@
 #include "core/metric/gradation.h"
 #include "core/metric/gradation_rule.h"
 #include "core/metric/metric.h"
+#include "core/metric/tensor_smoothing.h"
+#include "core/metric/vertex_rings.h"
 
 namespace pliant {
 
-/// What the limiter has to know of a mesh: its vertices by number, and the edges between them.
-class VertexRings {
- public:
-  virtual ~VertexRings() = default;
-  [[nodiscard]] virtual Vec2 position(std::int32_t vertex) const = 0;
-  /// The vertices that share an edge with `vertex`, in any order. Valid until the next
-  /// call.
-  [[nodiscard]] virtual std::span<const std::int32_t> Neighbors(std::int32_t vertex) = 0;
-  /// A third of the area of the triangles at `vertex`: its share of the mesh.
-  [[nodiscard]] virtual double Area(std::int32_t vertex) = 0;
-};
-
 /// How a limited metric differs from the raw one, over the whole mesh.
 struct LimitTotals {
+  std::int64_t smoothing_count = 0;  ///< Vertices whose tensor is an average with others.
   std::int64_t geometry_count = 0;   ///< Vertices whose size its cap made smaller.
   std::int64_t rotation_count = 0;   ///< Vertices whose long size the rotation limit shortened.
   std::int64_t gradation_count = 0;  ///< Vertices that a neighbour's size made finer.
@@ -53,10 +44,10 @@ struct LimitChanges {
 /// the result is the one of limiting everything anew, to the bit.
 ///
 /// Both shortest-path problems are kept solved by FixedPoint; the rotation limits, which do not
-/// propagate, are computed again where their inputs changed.
-/// *Invariants*: after Update, Limited(v) for every vertex is LimitMetrics' answer for the raw
-/// tensors and the mesh of that moment.
-/// *Threads*: one caller at a time.
+/// propagate, are computed again where their inputs changed; so are the averages of
+/// TensorSmoothing, which come first. *Invariants*: after Update, Limited(v) for every vertex is
+/// LimitMetrics' answer for the raw tensors and the mesh of that moment. *Threads*: one caller at a
+/// time.
 class MetricLimiter {
  public:
   static constexpr double kNoCap = std::numeric_limits<double>::infinity();
@@ -99,7 +90,8 @@ class MetricLimiter {
   /// All that is known of a vertex.
   struct Row {
     Metric raw;
-    AxisSizes own;         ///< Sizes and axes of `raw`.
+    double size_cap = kNoCap;
+    AxisSizes own;         ///< Sizes and axes of `raw`, or of its average with its ring; capped.
     double base_wide = 0;  ///< own.wide after the rotation limit.
     AxisSizes label;       ///< After growth of the thin sizes.
     double cap = 0;        ///< label.wide after the rotation limit.
@@ -107,14 +99,17 @@ class MetricLimiter {
     std::int64_t raw_complexity = 0;
     std::int64_t limited_complexity = 0;
     bool live = false;
-    bool capped = false;   ///< `own` is finer than `raw`.
-    bool is_new = false;   ///< Since the last Update.
-    bool changed = false;  ///< In this Update: is in changed_, and not counted.
-    bool near = false;     ///< In this Update: is in near_.
+    bool smoothed = false;  ///< `own` is of an average.
+    bool capped = false;    ///< `own` is finer for its cap.
+    bool is_new = false;    ///< Since the last Update.
+    bool changed = false;   ///< In this Update: is in changed_, and not counted.
+    bool near = false;      ///< In this Update: is in near_.
     bool logged = false;
 
     [[nodiscard]] AxisSizes base() const { return {own.thin, base_wide, own.frame}; }
     [[nodiscard]] AxisSizes limited() const { return {label.thin, wide, label.frame}; }
+    /// The limits have left it what it wanted.
+    [[nodiscard]] bool is_raw() const { return !smoothed && !capped && limited() == own; }
     [[nodiscard]] bool rotated() const { return base_wide < own.wide || cap < label.wide; }
     [[nodiscard]] bool graded() const { return label.thin < own.thin || wide < cap; }
   };
@@ -169,6 +164,8 @@ class MetricLimiter {
   [[nodiscard]] double Rotated(VertexRings& rings, std::int32_t v, RotationOf pass) const;
   void AddNear(std::int32_t v);
   void AddNearRing(VertexRings& rings, std::int32_t v);
+  static void SetOwn(Row& row, const Metric& wanted);
+  void Smooth(VertexRings& rings);
   void LimitOwn(VertexRings& rings, std::int32_t v);
   void Grow(VertexRings& rings);
   LimitChanges Finish(VertexRings& rings);
@@ -180,6 +177,7 @@ class MetricLimiter {
   std::vector<std::int32_t> touched_;
   std::vector<std::int32_t> changed_;  ///< Rows written since the last Update.
   std::vector<std::int32_t> near_;     ///< Vertices that this Update looks at.
+  TensorSmoothing smoothing_;
   FixedPoint<ThinProblem> thin_;
   FixedPoint<WideProblem> wide_;
 

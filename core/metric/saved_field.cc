@@ -127,9 +127,17 @@ SizeBounds TakeBounds(ByteReader& reader) {
   return bounds;
 }
 
+constexpr double kMoreFollows = -1;
+
 void PutGradation(const GradationOptions& gradation, ByteWriter& writer) {
   writer.Put(gradation.gradation);
   writer.Put(gradation.rotation);
+  // What came later follows a number that `geometry` cannot be.
+  if (gradation.smoothing_count != 0 || gradation.gap_element_count != 0) {
+    writer.Put(kMoreFollows);
+    writer.Put(gradation.smoothing_count);
+    writer.Put(gradation.gap_element_count);
+  }
   writer.Put(gradation.geometry);
 }
 
@@ -138,6 +146,11 @@ GradationOptions TakeGradation(ByteReader& reader) {
   gradation.gradation = reader.Take<double>();
   gradation.rotation = reader.Take<double>();
   gradation.geometry = reader.Take<double>();
+  if (gradation.geometry == kMoreFollows) {
+    gradation.smoothing_count = reader.Take<std::int32_t>();
+    gradation.gap_element_count = reader.Take<double>();
+    gradation.geometry = reader.Take<double>();
+  }
   return gradation;
 }
 

@@ -9,6 +9,7 @@
 #include "core/mesh/export_mesh.h"
 #include "core/mesh/slot_rows.h"
 #include "core/metric/background_field.h"
+#include "core/metric/tensor_smoothing.h"
 #include "core/pliant/nodal_field.h"
 
 namespace pliant {
@@ -31,15 +32,23 @@ Error TensorError(ErrorCode code, const char* field, std::size_t index, const st
 }
 
 Status CheckGradation(const GradationOptions& gradation) {
-  const auto check = [](const char* name, double value, double low) -> Status {
-    if (value == 0 || (value >= low && value <= 10)) return {};
+  const auto check = [](const char* name, double value, double low, double high) -> Status {
+    if (value == 0 || (value >= low && value <= high)) return {};
     std::ostringstream message;
-    message << "metric." << name << " is " << value << "; expected 0 (off) or " << low << " to 10";
+    message << "metric." << name << " is " << value << "; expected 0 (off) or " << low << " to "
+            << high;
     return Error{ErrorCode::kOutOfRange, message.str(), std::string("metric.") + name};
   };
-  PLIANT_RETURN_IF_ERROR(check("gradation", gradation.gradation, 1));
-  PLIANT_RETURN_IF_ERROR(check("rotation", gradation.rotation, 0.1));
-  return check("geometry", gradation.geometry, 0.1);
+  PLIANT_RETURN_IF_ERROR(check("gradation", gradation.gradation, 1, 10));
+  PLIANT_RETURN_IF_ERROR(check("rotation", gradation.rotation, 0.1, 10));
+  PLIANT_RETURN_IF_ERROR(check("geometry", gradation.geometry, 0.1, 10));
+  PLIANT_RETURN_IF_ERROR(check("gap_element_count", gradation.gap_element_count, 0.5, 100));
+  constexpr std::int32_t kPassesMax = TensorSmoothing::kPassesMax;
+  if (gradation.smoothing_count >= 0 && gradation.smoothing_count <= kPassesMax) return {};
+  return Error{ErrorCode::kOutOfRange,
+               "metric.smoothing_count is " + std::to_string(gradation.smoothing_count) +
+                   "; expected 0 (off) to " + std::to_string(kPassesMax),
+               "metric.smoothing_count"};
 }
 
 /// Refuses a vertex that is named twice.

@@ -61,6 +61,7 @@ RawTensors Merge(const RawTensors& first, const RawTensors& second) {
 void MeshLimits::Load(const GradationOptions& options, std::span<const VertexId> vertices,
                       std::span<const Metric> tensors) {
   options_ = options;
+  gaps_ = options.gap_element_count == 0 ? nullptr : std::make_shared<BoundaryGaps>(mesh_);
   limiter_ = std::make_shared<MetricLimiter>(options);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (mesh_.IsLive(vertices[i])) SetRaw(vertices[i], tensors[i]);
@@ -75,7 +76,7 @@ void MeshLimits::GiveRaw(VertexId vertex) {
 }
 
 void MeshLimits::SetRaw(VertexId vertex, const Metric& raw) {
-  limiter_->SetRaw(vertex.value(), raw, SizeCap(vertex));
+  limiter_->SetRaw(vertex.value(), raw, SizeCap(vertex, raw));
 }
 
 template <class Visit>
@@ -87,8 +88,17 @@ void MeshLimits::ForEachSegmentAt(VertexId vertex, Visit visit) const {
   }
 }
 
+/// The size that the geometry allows at a vertex; gaps that `raw` fills with enough elements do not
+/// count.
+double MeshLimits::SizeCap(VertexId vertex, const Metric& raw) const {
+  const double cap = SegmentCap(vertex);
+  if (gaps_ == nullptr || !mesh_.vertex(vertex).edge.valid()) return cap;
+  const double reach = options_.gap_element_count * SizesFromMetric(raw).wide;
+  return std::min(cap, gaps_->WidthAt(mesh_, vertex, reach) / options_.gap_element_count);
+}
+
 /// The size that the input segments at a given vertex allow.
-double MeshLimits::SizeCap(VertexId vertex) const {
+double MeshLimits::SegmentCap(VertexId vertex) const {
   double least = MetricLimiter::kNoCap;
   if (options_.geometry == 0 || !mesh_.vertex(vertex).fixed) return least;
   ForEachSegmentAt(vertex, [&](const SegmentRecord& line) {
@@ -97,8 +107,10 @@ double MeshLimits::SizeCap(VertexId vertex) const {
   return options_.geometry * least;
 }
 
-/// A given vertex moved or became one: the segments at it have other lengths, for both their ends.
+/// A vertex moved or has other triangles. It may stand at another gap, and if it is a given one,
+/// the segments at it may have other lengths, for both their ends.
 void MeshLimits::RenewCaps(VertexId vertex) {
+  if (gaps_ != nullptr && mesh_.vertex(vertex).edge.valid()) SetRaw(vertex, Raw(vertex));
   if (options_.geometry == 0 || !mesh_.vertex(vertex).fixed) return;
   SetRaw(vertex, Raw(vertex));
   ForEachSegmentAt(vertex, [&](const SegmentRecord& line) {
@@ -106,6 +118,19 @@ void MeshLimits::RenewCaps(VertexId vertex) {
       if (end != vertex && Has(end)) SetRaw(end, Raw(end));
     }
   });
+}
+
+/// If the segments are others than before, whoever stands on one may see another gap.
+void MeshLimits::RenewGaps() {
+  if (gaps_ == nullptr || gaps_->IsOf(mesh_)) return;
+  gaps_ = std::make_shared<BoundaryGaps>(mesh_);
+  for (std::int32_t e = 0; e < mesh_.edge_slots(); ++e) {
+    const EdgeRecord& edge = mesh_.edge(EdgeId(e));
+    if (!edge.live) continue;
+    for (const VertexId end : edge.vertices) {
+      if (Has(end)) SetRaw(end, Raw(end));
+    }
+  }
 }
 
 std::shared_ptr<const MetricField> MeshLimits::RawField(std::shared_ptr<FrozenMesh> base) const {
@@ -131,6 +156,7 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
     moved.tensors.push_back(raw.At(mesh_.position(vertex), hint));
   }
   for (const VertexId vertex : gone) limiter_->Remove(vertex.value());
+  RenewGaps();
   for (std::size_t i = 0; i < moved.vertices.size(); ++i) {
     SetRaw(moved.vertices[i], moved.tensors[i]);
   }
@@ -141,7 +167,9 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
     if (is_live && old.live && old.vertices == mesh_.triangle(id).vertices) continue;
     const auto touch = [&](const std::array<VertexId, 3>& corners) {
       for (const VertexId v : corners) {
-        if (mesh_.IsLive(v)) limiter_->Touch(v.value());
+        if (!mesh_.IsLive(v)) continue;
+        limiter_->Touch(v.value());
+        if (gaps_ != nullptr) RenewCaps(v);
       }
     };
     if (old.live) touch(old.vertices);
@@ -154,6 +182,7 @@ WantedTensors MeshLimits::Update() {
   const LimitChanges changes = limiter_->Update(rings);
   const LimitTotals& totals = limiter_->totals();
   report_ = {.limits = true,
+             .smoothing_count = totals.smoothing_count,
              .geometry_count = totals.geometry_count,
              .rotation_count = totals.rotation_count,
              .gradation_count = totals.gradation_count,
@@ -194,6 +223,7 @@ RawTensors MeshLimits::Commit() {
   committed_ = limiter_;
   committed_report_ = report_;
   committed_options_ = options_;
+  committed_gaps_ = gaps_;
   return undo;
 }
 
@@ -202,6 +232,7 @@ void MeshLimits::Rollback() {
   if (on()) limiter_->Rollback();
   report_ = committed_report_;
   options_ = committed_options_;
+  gaps_ = committed_gaps_;
 }
 
 RawTensors MeshLimits::All() const {
@@ -230,6 +261,7 @@ void MeshLimits::Apply(const RawTensors& raw, std::span<const VertexId> touched)
   for (const VertexId vertex : touched) {
     if (!mesh_.IsLive(vertex) && Has(vertex)) limiter_->Remove(vertex.value());
   }
+  RenewGaps();
   for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
     if (mesh_.IsLive(raw.vertices[i])) SetRaw(raw.vertices[i], raw.tensors[i]);
   }

@@ -12,6 +12,7 @@
 #include "core/metric/limiter.h"
 #include "core/metric/metric.h"
 #include "core/metric/metric_field.h"
+#include "core/pliant/boundary_gaps.h"
 #include "core/pliant/metric_report.h"
 
 namespace pliant {
@@ -37,8 +38,9 @@ struct RawTensors {
 /// Two of them, one after the other, as one. @par Cost O(first + second)
 [[nodiscard]] RawTensors Merge(const RawTensors& first, const RawTensors& second);
 
-/// The limits on a metric at the vertices of a mesh: size at short segments, gradation, rotation.
-/// Follows the mesh from revision to revision and back, at the cost of what changes.
+/// The limits on a metric at the vertices of a mesh: averages over rings, size at short segments
+/// and in gaps, gradation, rotation. Follows the mesh from revision to revision and back, at the
+/// cost of what changes.
 ///
 /// *Invariants*: after Update the limits are those of a full run over the raw tensors and the mesh
 /// of that moment, to the bit, whatever the way to get there.
@@ -93,7 +95,9 @@ class MeshLimits {
   void Apply(const RawTensors& raw, std::span<const VertexId> touched);
 
  private:
-  [[nodiscard]] double SizeCap(VertexId vertex) const;
+  [[nodiscard]] double SizeCap(VertexId vertex, const Metric& raw) const;
+  [[nodiscard]] double SegmentCap(VertexId vertex) const;
+  void RenewGaps();
   void RenewCaps(VertexId vertex);
   void GiveRaw(VertexId vertex);
   template <class Visit>
@@ -103,10 +107,12 @@ class MeshLimits {
   const Mesh& mesh_;
   GradationOptions options_;
   std::shared_ptr<MetricLimiter> limiter_;    // Null: off.
+  std::shared_ptr<const BoundaryGaps> gaps_;  // Null: off.
   std::shared_ptr<MetricLimiter> committed_;  // Of the last commit; goes back by its own log.
   MetricReport report_;
   MetricReport committed_report_;
   GradationOptions committed_options_;
+  std::shared_ptr<const BoundaryGaps> committed_gaps_;
 };
 
 }  // namespace pliant

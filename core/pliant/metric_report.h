@@ -9,6 +9,7 @@ namespace pliant {
 /// What the limits make of the metric, over the whole mesh of the last time they were laid.
 struct MetricReport {
   bool limits = false;               ///< False: nothing limits, and all that follows is 0.
+  std::int64_t smoothing_count = 0;  ///< Vertices whose tensor became an average with others.
   std::int64_t geometry_count = 0;   ///< Vertices that a short input segment made finer.
   std::int64_t rotation_count = 0;   ///< Vertices whose long size the rotation limit shortened.
   std::int64_t gradation_count = 0;  ///< Vertices that a neighbour's size made finer.
@@ -19,7 +20,7 @@ struct MetricReport {
   double limited_complexity = 0;     ///< after limits: 2/sqrt(3) times that many vertices.
 
   [[nodiscard]] bool limits_anything() const {
-    return geometry_count > 0 || rotation_count > 0 || gradation_count > 0;
+    return smoothing_count > 0 || geometry_count > 0 || rotation_count > 0 || gradation_count > 0;
   }
   friend bool operator==(const MetricReport&, const MetricReport&) = default;
 };

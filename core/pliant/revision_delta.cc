@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 2};  // "PLRD"
+constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 3};  // "PLRD"
 constexpr char kDeltaName[] = "revision record";
 
 /// Where a field comes from when it is read.

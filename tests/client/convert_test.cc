@@ -90,6 +90,9 @@ TEST(Convert, AMetricSaysEverythingAboutItself) {
   EXPECT_TRUE(message.limits().has_anisotropy_max());
   EXPECT_TRUE(message.limits().has_gradation());
   EXPECT_TRUE(message.limits().has_rotation());
+  EXPECT_TRUE(message.limits().has_geometry());
+  EXPECT_TRUE(message.limits().has_gap_element_count());
+  EXPECT_TRUE(message.limits().has_smoothing_count());
 }
 
 TEST(Convert, AnIntersectionIsSeveralSources) {
@@ -304,10 +307,12 @@ TEST(Convert, PutsTheStagesOfTheLimitsTogether) {
     limit.set_complexity_before(6);
     limit.set_complexity_after(7);
   };
+  add(v1::LIMIT_STAGE_SMOOTHING, 8);
   add(v1::LIMIT_STAGE_GEOMETRY, 1);
   add(v1::LIMIT_STAGE_ROTATION, 2);
   add(v1::LIMIT_STAGE_GRADATION, 3);
   EXPECT_EQ(FromWire(result).metric, (MetricReport{.limits = true,
+                                                   .smoothing_count = 8,
                                                    .geometry_count = 1,
                                                    .rotation_count = 2,
                                                    .gradation_count = 3,

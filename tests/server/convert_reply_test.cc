@@ -135,6 +135,7 @@ TEST(ConvertReply, WritesEveryNumberOfAnAdvance) {
 TEST(ConvertReply, WritesTheStagesThatLimitSomething) {
   Progress progress;
   progress.metric = {.limits = true,
+                     .smoothing_count = 8,
                      .geometry_count = 1,
                      .rotation_count = 0,
                      .gradation_count = 3,
@@ -149,15 +150,17 @@ TEST(ConvertReply, WritesTheStagesThatLimitSomething) {
   event.body = advanced;
   const v1::EditResponse response = ToEditResponse(event, {});
   const auto& limits = response.advanced().limits();
-  ASSERT_EQ(limits.size(), 2);
-  EXPECT_EQ(limits[0].stage(), v1::LIMIT_STAGE_GEOMETRY);
-  EXPECT_EQ(limits[0].vertex_count(), 1);
-  EXPECT_EQ(limits[1].stage(), v1::LIMIT_STAGE_GRADATION);
-  EXPECT_EQ(limits[1].vertex_count(), 3);
-  EXPECT_EQ(limits[1].ratio_max(), 4);
-  EXPECT_EQ(limits[1].worst_vertex_id(), 5);
-  EXPECT_EQ(limits[1].complexity_before(), 6);
-  EXPECT_EQ(limits[1].complexity_after(), 7);
+  ASSERT_EQ(limits.size(), 3);
+  EXPECT_EQ(limits[0].stage(), v1::LIMIT_STAGE_SMOOTHING);
+  EXPECT_EQ(limits[0].vertex_count(), 8);
+  EXPECT_EQ(limits[1].stage(), v1::LIMIT_STAGE_GEOMETRY);
+  EXPECT_EQ(limits[1].vertex_count(), 1);
+  EXPECT_EQ(limits[2].stage(), v1::LIMIT_STAGE_GRADATION);
+  EXPECT_EQ(limits[2].vertex_count(), 3);
+  EXPECT_EQ(limits[2].ratio_max(), 4);
+  EXPECT_EQ(limits[2].worst_vertex_id(), 5);
+  EXPECT_EQ(limits[2].complexity_before(), 6);
+  EXPECT_EQ(limits[2].complexity_after(), 7);
 }
 
 TEST(ConvertReply, NamesEveryKindOfTrouble) {

@@ -34,6 +34,8 @@ TEST(ConvertCreate, ReadsADomainAMetricAndOptions) {
   create.mutable_metric()->mutable_limits()->set_gradation(1.5);
   create.mutable_metric()->mutable_limits()->set_rotation(0.7);
   create.mutable_metric()->mutable_limits()->set_geometry(1);
+  create.mutable_metric()->mutable_limits()->set_gap_element_count(3);
+  create.mutable_metric()->mutable_limits()->set_smoothing_count(2);
   v1::SessionOptions& options = *create.mutable_options();
   options.set_seed(-1);
   options.set_variant(v1::VARIANT_PAPER);
@@ -56,6 +58,8 @@ TEST(ConvertCreate, ReadsADomainAMetricAndOptions) {
   EXPECT_EQ(input->engine.metric.gradation.gradation, 1.5);
   EXPECT_EQ(input->engine.metric.gradation.rotation, 0.7);
   EXPECT_EQ(input->engine.metric.gradation.geometry, 1);
+  EXPECT_EQ(input->engine.metric.gradation.gap_element_count, 3);
+  EXPECT_EQ(input->engine.metric.gradation.smoothing_count, 2);
   EXPECT_EQ(input->durability, Durability::kNone);
   EXPECT_EQ(input->engine.options.seed, std::numeric_limits<std::uint64_t>::max());
   EXPECT_EQ(input->engine.options.variant, Variant::kPaper);
@@ -176,13 +180,6 @@ TEST(ConvertCreate, SaysWhatIsNotImplementedInsteadOfIgnoringIt) {
     change(create);
     return create;
   };
-  const auto limits = [](v1::CreateSession& create) -> v1::MetricLimits& {
-    return *create.mutable_metric()->mutable_limits();
-  };
-  ExpectRefused(with([&](auto& c) { limits(c).set_gap_element_count(1); }),
-                ErrorCode::kUnimplemented, "metric.limits.gap_element_count");
-  ExpectRefused(with([&](auto& c) { limits(c).set_smoothing_count(1); }), ErrorCode::kUnimplemented,
-                "metric.limits.smoothing_count");
   ExpectRefused(with([](auto& c) { c.mutable_metric()->mutable_displacement(); }),
                 ErrorCode::kUnimplemented, "metric.displacement");
   ExpectRefused(with([](auto& c) { c.mutable_metric()->mutable_sources(0)->mutable_distance(); }),

@@ -68,7 +68,7 @@ TEST(Record, RefusesWhatIsNoRecord) {
     EXPECT_FALSE(ReadRecord(std::span(good).first(i)).ok());
   }
   Bytes newer = good;
-  newer[4] = std::byte{2};
+  newer[4] = std::byte{3};
   EXPECT_EQ(ReadRecord(newer).error().code, ErrorCode::kDataVersion);
 }
 

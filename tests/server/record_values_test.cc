@@ -31,7 +31,7 @@ SessionEvent AdvancedAnswer() {
   advanced.progress.stop_reason = StopReason::kVertexLimit;
   advanced.progress.active_count = 8;
   advanced.progress.counts = {1, 2, 3, 4, 5, 6, 7, 8, 9};
-  advanced.progress.metric = {true, 1, 2, 3, 4, 5, VertexId(6), 7, 8};
+  advanced.progress.metric = {true, 9, 1, 2, 3, 4, 5, VertexId(6), 7, 8};
   advanced.troubles = {{.kind = TroubleKind::kSizeJump,
                         .vertex_count = 3,
                         .place_count = 2,

@@ -52,6 +52,10 @@ class Limits:
             looser.
         geometry: greatest wanted length at a given point relative to the shortest input segment
             there, 0.1 to 10; 1 is usual. Growth from there needs `hgrad`.
+        gap_elements: how many elements shall fit across a gap between two boundaries, 0.5 to 100.
+            Growth from there needs `hgrad`.
+        tensor_smoothing: how many times each tensor is averaged with those of its neighbours, 0 to
+            8; 1 or 2 for tensors with noise. May make the metric coarser too.
     """
 
     h_min: Optional[float] = None
@@ -60,6 +64,8 @@ class Limits:
     hgrad: Optional[float] = None
     rotation: Optional[float] = None
     geometry: Optional[float] = None
+    gap_elements: Optional[float] = None
+    tensor_smoothing: Optional[int] = None
 
     def to_wire(self):
         """The message; None if nothing is set."""
@@ -67,7 +73,9 @@ class Limits:
             return None
         return metric_pb2.MetricLimits(size_min=self.h_min, size_max=self.h_max,
                                        anisotropy_max=self.anisotropy_max, gradation=self.hgrad,
-                                       rotation=self.rotation, geometry=self.geometry)
+                                       rotation=self.rotation, geometry=self.geometry,
+                                       gap_element_count=self.gap_elements,
+                                       smoothing_count=self.tensor_smoothing)
 
 
 @dataclass(frozen=True)

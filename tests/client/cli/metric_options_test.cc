@@ -30,13 +30,14 @@ TEST(MetricOptions, ASourceIsNeeded) {
   EXPECT_THROW(Parsed(""), CLI::ParseError);
   EXPECT_FALSE(Parsed("", MetricNeed::kOptional).given());
   EXPECT_THROW(Parsed("--size 1 --background a.mesh"), CLI::ParseError);
+  EXPECT_THROW(Parsed("--size 1 --tensor-smoothing 9"), CLI::ParseError);
   EXPECT_TRUE(Parsed("--size 1").given());
 }
 
 TEST(MetricOptions, FormulasTimeAndBoundsReachTheSpecification) {
   const MetricOptions options = Parsed(
       "--metric-expr \" 1+x ;0; 4*y\" --time 2.5 --hmin 0.1 --hmax 3 --anisotropy-max 100 "
-      "--hgrad 1.5 --rotation 0.7");
+      "--hgrad 1.5 --rotation 0.7 --gap-elements 3 --tensor-smoothing 2");
   const Result<MetricSpec> spec = MakeMetricSpec(options, UnitSquare(), "in.poly");
   ASSERT_TRUE(spec.ok());
   EXPECT_EQ(std::get<ExpressionMetric>(spec->source), (ExpressionMetric{"1+x", "0", "4*y"}));
@@ -46,6 +47,8 @@ TEST(MetricOptions, FormulasTimeAndBoundsReachTheSpecification) {
   EXPECT_EQ(spec->bounds.anisotropy_max, 100);
   EXPECT_EQ(spec->gradation.gradation, 1.5);
   EXPECT_EQ(spec->gradation.rotation, 0.7);
+  EXPECT_EQ(spec->gradation.gap_element_count, 3);
+  EXPECT_EQ(spec->gradation.smoothing_count, 2);
 
   const auto size = MakeMetricSpec(Parsed("--size 0.1+x"), UnitSquare(), "in.poly");
   ASSERT_TRUE(size.ok());

@@ -216,6 +216,24 @@ def test_geometry_limits_the_size_at_short_segments(client):
         assert near >= 2 * count_near()
 
 
+def test_smoothing_takes_noise_out_of_tensors(client):
+    errors = {}
+    for smoothing in (0, 2):
+        with client.create_session(domain=square(), metric=pliant.metric.size(0.05),
+                                   tensor_smoothing=smoothing) as one:
+            noise = np.random.default_rng(1).uniform(-0.4, 0.4, len(one.mesh.points))
+            diff = one.update_metric(isotropic(0.05 * np.exp(noise)))
+            assert ("SMOOTHING" in diff.limits) == (smoothing > 0)
+            errors[smoothing] = abs(np.log(one.quality().complexity * 0.05 ** 2))
+            if smoothing:
+                assert diff.limits["SMOOTHING"].vertex_count > 0.9 * len(noise)
+                again = one.update_metric(pliant.metric.size(0.05), tensor_smoothing=0)
+                assert again.limits == {}
+    assert errors[2] < 0.6 * errors[0]
+    with pytest.raises(pliant.InvalidInput, match="smoothing_count"):
+        client.create_session(domain=square(), metric=pliant.metric.size(0.2), tensor_smoothing=9)
+
+
 def test_limits_hold_for_tensors(client):
     with client.create_session(domain=square(), metric=pliant.metric.size(0.2),
                                h_min=0.1) as one:

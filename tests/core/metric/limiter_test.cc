@@ -27,6 +27,9 @@ constexpr GradationOptions kAll[] = {{.gradation = 1.5, .rotation = 0.7},
                                      {.gradation = 1.5},
                                      {.rotation = 0.7},
                                      {.gradation = 1, .rotation = 1},
+                                     {.gradation = 1.5, .rotation = 0.7, .smoothing_count = 2},
+                                     {.rotation = 0.7, .smoothing_count = 1},
+                                     {.smoothing_count = 8},
                                      {}};
 
 std::uint64_t FirstSeed() {
@@ -119,6 +122,7 @@ class FollowedMesh {
       if (limiter_.Limited(v) != full.tensors[i]) return "vertex " + std::to_string(v);
       if (limiter_.Raw(v) != raw[i]) return "raw tensor of vertex " + std::to_string(v);
     }
+    if (limiter_.totals().smoothing_count != full.smoothing_count) return "smoothing_count";
     if (limiter_.totals().rotation_count != full.rotation_count) return "rotation_count";
     if (limiter_.totals().gradation_count != full.gradation_count) return "gradation_count";
     MetricLimiter fresh(options_);
@@ -146,7 +150,8 @@ TEST(MetricLimiter, EqualsTheFullRunAfterRandomUpdates) {
   std::uint64_t seed = FirstSeed();
   for (const GradationOptions& options : kAll) {
     SCOPED_TRACE(::testing::Message() << "gradation " << options.gradation << " rotation "
-                                      << options.rotation << "; replay: PLIANT_SEED=" << seed
+                                      << options.rotation << " smoothing_count "
+                                      << options.smoothing_count << "; replay: PLIANT_SEED=" << seed
                                       << " core_tests --gtest_filter='MetricLimiter*'");
     FollowedMesh followed(14, options, seed);
     ASSERT_EQ(followed.DifferenceToFullRun(), "");
@@ -240,8 +245,10 @@ TEST(MetricLimiter, CarriesCapsIntoTheMesh) {
   EXPECT_EQ(followed.limiter().totals().gradation_count, 0);
 }
 
-TEST(MetricLimiter, RollsBackToTheLastCommit) {
-  FollowedMesh followed(14, kAll[0], 5);
+class RollingBack : public ::testing::TestWithParam<GradationOptions> {};
+
+TEST_P(RollingBack, LeadsToTheLastCommit) {
+  FollowedMesh followed(14, GetParam(), 5);
   for (int update = 0; update < 10; ++update) {
     const std::vector<Metric> before = followed.Limited();
     const LimitTotals totals = followed.limiter().totals();
@@ -262,6 +269,8 @@ TEST(MetricLimiter, RollsBackToTheLastCommit) {
     followed.Commit();
   }
 }
+
+INSTANTIATE_TEST_SUITE_P(MetricLimiter, RollingBack, ::testing::ValuesIn(kAll));
 
 }  // namespace
 }  // namespace pliant

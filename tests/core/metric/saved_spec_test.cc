@@ -49,6 +49,30 @@ TEST(SavedSpec, KeepsEverySpecification) {
   }
 }
 
+// Goal: specifications that were stored before there were smoothing and gaps are read as they were
+// meant.
+TEST(SavedSpec, HasSmoothingAndGapsOnlyWhereTheyAreOn) {
+  MetricSpec spec{.source = SizeMetric{"1"}, .gradation = {1.5, 0.2, 0.3}};
+  const auto written = [&] {
+    ByteWriter writer;
+    PutSpec(&spec, writer);
+    return std::move(writer).Take();
+  };
+  const Bytes without = written();
+  spec.gradation.smoothing_count = 3;
+  spec.gradation.gap_element_count = 2;
+  const Bytes with = written();
+  EXPECT_EQ(with.size(), without.size() + 20);
+  for (const Bytes& bytes : {without, with}) {
+    ByteReader reader(bytes);
+    const std::optional<MetricSpec> found = TakeSpec(reader);
+    ASSERT_TRUE(found && reader.AtEnd());
+    EXPECT_EQ(found->gradation.smoothing_count, bytes == with ? 3 : 0);
+    EXPECT_EQ(found->gradation.gap_element_count, bytes == with ? 2 : 0);
+    EXPECT_EQ(found->gradation.geometry, 0.3);
+  }
+}
+
 TEST(SavedSpec, KeepsThatThereIsNone) {
   ByteWriter writer;
   PutSpec(nullptr, writer);

@@ -10,6 +10,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdlib>
 #include <memory>
@@ -35,6 +36,17 @@ using testing::Faults;
 constexpr std::uint64_t kParts = 4;
 constexpr test::Seeds kSeeds = {.count = 200, .long_count = 5000, .part_count = kParts};
 constexpr std::int64_t kVisitsMax = 3'000'000;
+
+/// What limits did over the whole mesh.
+std::array<double, 6> LimitTotalsOf(const Remesher& remesher) {
+  const MetricReport& report = remesher.metric_report();
+  return {static_cast<double>(report.smoothing_count),
+          static_cast<double>(report.geometry_count),
+          static_cast<double>(report.rotation_count),
+          static_cast<double>(report.gradation_count),
+          report.raw_complexity,
+          report.limited_complexity};
+}
 
 /// What a refused update must leave alone.
 struct Traces {
@@ -116,6 +128,8 @@ class RandomSession {
     }
     if (rng_.Below(4) == 0) spec.gradation.gradation = 1.5;
     if (rng_.Below(5) == 0) spec.gradation.geometry = 1;
+    if (rng_.Below(5) == 0) spec.gradation.gap_element_count = 1;
+    if (rng_.Below(5) == 0) spec.gradation.smoothing_count = 2;
     if (rng_.Below(4) == 0) spec.bounds.size_min = 0.06;
     spec.time = rng_.Uniform(0, 3);
     return spec;
@@ -321,6 +335,8 @@ class RandomSession {
     auto loaded = Remesher::Load(*bytes);
     ASSERT_TRUE(loaded.ok()) << loaded.error().message;
     committed_ = std::move(*loaded);
+    // Limits that followed the mesh are those of a mesh that was loaded, which are laid anew.
+    ASSERT_EQ(LimitTotalsOf(*remesher_), LimitTotalsOf(*committed_)) << last_;
     ASSERT_EQ(testing::DifferenceOf(mesh(), committed_->mesh()), "") << last_;
   }
 

@@ -21,8 +21,10 @@
 namespace pliant {
 namespace {
 
-constexpr GradationOptions kAll[] = {
-    {.gradation = 1.5, .rotation = 0.7}, {.gradation = 1.3}, {.rotation = 0.7}};
+constexpr GradationOptions kAll[] = {{.gradation = 1.5, .rotation = 0.7},
+                                     {.gradation = 1.3},
+                                     {.rotation = 0.7},
+                                     {.gradation = 1.5, .rotation = 0.7, .smoothing_count = 2}};
 
 Metric RandomTensor(Rng& rng) {
   const double major = std::pow(10, rng.Uniform(-1, 1.5));
@@ -239,6 +241,40 @@ TEST(MeshLimits, LimitTheSizeAtShortSegments) {
   (void)limits.Update();
   EXPECT_EQ(limits.report().geometry_count, 0);
   EXPECT_EQ(limits.Limited(VertexId(1)), Metric::Isotropic(0.5)) << "the far end of the segment";
+}
+
+// Goal: sizes at a gap leave room for as many elements as asked, growth leads on from there, and
+// when the far side goes away they let go again, at vertices that have not moved.
+TEST(MeshLimits, LimitTheSizeInGaps) {
+  Domain domain;
+  domain.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}, {0.2, 0.1}, {0.8, 0.1}, {0.5, 0.4}};
+  for (std::int32_t i = 0; i < 4; ++i) domain.segments.push_back({i, (i + 1) % 4, 1});
+  for (std::int32_t i = 0; i < 3; ++i) domain.segments.push_back({4 + i, 4 + (i + 1) % 3, 2});
+  domain.holes = {{0.5, 0.2}};
+  const auto made = testing::DomainMesh(domain);
+  const std::vector<VertexId> live = testing::LiveVertices(made->mesh);
+  ASSERT_EQ(live.size(), 7U);
+  MeshLimits limits(made->edit);
+  limits.Load({.gradation = 1.1, .gap_element_count = 2}, live,
+              std::vector<Metric>(7, Metric::Isotropic(0.1)));
+  const WantedTensors wanted = limits.Update();
+  // Down from the hole's flat side it is 0.1 to the wall: two elements of 0.05.
+  EXPECT_NEAR(wanted.tensors[4].m11, 400, 1e-9);
+  EXPECT_NEAR(wanted.tensors[5].m11, 400, 1e-9);
+  EXPECT_EQ(limits.report().geometry_count, 2);
+  EXPECT_GT(limits.report().gradation_count, 0);
+
+  (void)made->edit.Commit(Revision(1));
+  (void)limits.Commit();
+  FrozenMesh base(made->edit);
+  made->edit.MoveVertex(VertexId(0), {0, -5});
+  made->edit.MoveVertex(VertexId(1), {1, -5});
+  limits.Follow(base, FunctionField([](Vec2) { return Metric::Isotropic(0.1); }));
+  (void)limits.Update();
+  EXPECT_EQ(limits.report().geometry_count, 0);
+  EXPECT_EQ(limits.Limited(VertexId(4)), Metric::Isotropic(0.1));
+  limits.Rollback();
+  EXPECT_EQ(limits.report().geometry_count, 2);
 }
 
 TEST(MeshLimits, MergeRawTensorsOfTwoDeltas) {
