@@ -41,6 +41,23 @@ Status NamedBy(const Status& status, const std::string& update) {
   return error;
 }
 
+/// Has an engine listen to a signal for as long as this lives, which an exception ends too. A way
+/// back may put another engine in its place meanwhile.
+class Listening {
+ public:
+  Listening(const std::unique_ptr<Engine>& engine, const StopSignal* stop) : engine_(engine) {
+    engine_->ListenTo(stop);
+  }
+  ~Listening() {
+    if (engine_ != nullptr) engine_->ListenTo(nullptr);
+  }
+  Listening(const Listening&) = delete;
+  Listening& operator=(const Listening&) = delete;
+
+ private:
+  const std::unique_ptr<Engine>& engine_;
+};
+
 // The engine lays the limits that hold on tensors at vertices; new ones would be dropped without a
 // word.
 bool ChangesLimits(const MetricUpdate& update) {
@@ -119,10 +136,8 @@ Result<Bytes> StagedEngine::Save() const {
 }
 
 Status StagedEngine::StageCommand(const UpdateCommand& command, const StopSignal* stop) {
-  engine_->ListenTo(stop);
-  const Status status = StageBody(command);
-  engine_->ListenTo(nullptr);
-  return status;
+  const Listening listening(engine_, stop);
+  return StageBody(command);
 }
 
 Status StagedEngine::StageBody(const UpdateCommand& command) {
