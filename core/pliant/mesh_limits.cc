@@ -61,7 +61,9 @@ RawTensors Merge(const RawTensors& first, const RawTensors& second) {
 void MeshLimits::Load(const GradationOptions& options, std::span<const VertexId> vertices,
                       std::span<const Metric> tensors) {
   options_ = options;
-  gaps_ = options.gap_element_count == 0 ? nullptr : std::make_shared<BoundaryGaps>(mesh_);
+  gaps_ = options.geometry == 0 && options.gap_element_count == 0
+              ? nullptr
+              : std::make_shared<BoundaryGaps>(mesh_);
   limiter_ = std::make_shared<MetricLimiter>(options);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (mesh_.IsLive(vertices[i])) SetRaw(vertices[i], tensors[i]);
@@ -92,7 +94,7 @@ void MeshLimits::ForEachSegmentAt(VertexId vertex, Visit visit) const {
 /// count.
 double MeshLimits::SizeCap(VertexId vertex, const Metric& raw) const {
   const double cap = SegmentCap(vertex);
-  if (gaps_ == nullptr || !mesh_.vertex(vertex).edge.valid()) return cap;
+  if (options_.gap_element_count == 0 || !mesh_.vertex(vertex).edge.valid()) return cap;
   const double reach = options_.gap_element_count * SizesFromMetric(raw).wide;
   return std::min(cap, gaps_->WidthAt(mesh_, vertex, reach) / options_.gap_element_count);
 }
@@ -110,7 +112,7 @@ double MeshLimits::SegmentCap(VertexId vertex) const {
 /// A vertex moved or has other triangles. It may stand at another gap, and if it is a given one,
 /// the segments at it may have other lengths, for both their ends.
 void MeshLimits::RenewCaps(VertexId vertex) {
-  if (gaps_ != nullptr && mesh_.vertex(vertex).edge.valid()) SetRaw(vertex, Raw(vertex));
+  if (gaps_ != nullptr) SetRaw(vertex, Raw(vertex));
   if (options_.geometry == 0 || !mesh_.vertex(vertex).fixed) return;
   SetRaw(vertex, Raw(vertex));
   ForEachSegmentAt(vertex, [&](const SegmentRecord& line) {
@@ -120,7 +122,7 @@ void MeshLimits::RenewCaps(VertexId vertex) {
   });
 }
 
-/// If the segments are others than before, whoever stands on one may see another gap.
+/// If the segments are others than before, whoever stands on one may have another cap.
 void MeshLimits::RenewGaps() {
   if (gaps_ == nullptr || gaps_->IsOf(mesh_)) return;
   gaps_ = std::make_shared<BoundaryGaps>(mesh_);
@@ -141,7 +143,7 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
   base.CatchUp();
   // Raw tensors are read before any is written.
   WantedTensors moved;
-  std::vector<VertexId> fixed;
+  std::vector<VertexId> capped;
   std::vector<VertexId> gone;
   std::int32_t hint = MetricField::kNoHint;
   for (const auto& [slot, old] : base.vertices()) {
@@ -150,7 +152,8 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
       if (old.live) gone.push_back(vertex);
       continue;
     }
-    if (mesh_.vertex(vertex).fixed) fixed.push_back(vertex);
+    // Also one that is given no more, or has left the boundary.
+    if (gaps_ != nullptr && old.live) capped.push_back(vertex);
     if (old.live && old.position == mesh_.position(vertex)) continue;
     moved.vertices.push_back(vertex);
     moved.tensors.push_back(raw.At(mesh_.position(vertex), hint));
@@ -160,7 +163,7 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
   for (std::size_t i = 0; i < moved.vertices.size(); ++i) {
     SetRaw(moved.vertices[i], moved.tensors[i]);
   }
-  for (const VertexId vertex : fixed) RenewCaps(vertex);
+  for (const VertexId vertex : capped) RenewCaps(vertex);
   for (const auto& [slot, old] : base.triangles()) {
     const TriangleId id(slot);
     const bool is_live = slot < mesh_.triangle_slots() && mesh_.triangle(id).live;
@@ -169,7 +172,7 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
       for (const VertexId v : corners) {
         if (!mesh_.IsLive(v)) continue;
         limiter_->Touch(v.value());
-        if (gaps_ != nullptr) RenewCaps(v);
+        if (gaps_ != nullptr && mesh_.vertex(v).edge.valid()) RenewCaps(v);
       }
     };
     if (old.live) touch(old.vertices);
