@@ -278,7 +278,6 @@ void MeshEdit::LinkSides(std::span<const OpenSide> open, std::span<const OuterSi
   const SideTable<OuterSide> outer_at(outer);
   for (const OpenSide& side : open) {
     TriangleRecord& record = TouchTriangle(side.triangle);
-    const OpenSide* const twin = open_at.Find(side.to, side.from);
     const OuterSide* const old = outer_at.Find(side.from, side.to);
     if (old != nullptr && old->beyond.valid()) {
       At(record.neighbors, side.side) = old->beyond;
@@ -290,7 +289,7 @@ void MeshEdit::LinkSides(std::span<const OpenSide> open, std::span<const OuterSi
           At(neighbor.neighbors, k) = side.triangle;
         }
       }
-    } else if (twin != nullptr) {
+    } else if (const OpenSide* const twin = open_at.Find(side.to, side.from); twin != nullptr) {
       At(record.neighbors, side.side) = twin->triangle;
     }
     const bool constrained =

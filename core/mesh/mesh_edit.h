@@ -13,6 +13,7 @@
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_delta.h"
 #include "core/mesh/mesh_diff.h"
+#include "core/mesh/star.h"
 #include "core/mesh/territory.h"
 #include "core/mesh/validate_local.h"
 #include "core/metric/metric.h"
@@ -145,6 +146,11 @@ class MeshEdit {
   /// their last triangle must be removed by RemoveVertex.
   /// @pre new sides without partner are sides of the cavity or constrained edges
   void ReplaceCavity(std::span<const TriangleId> cavity, std::span<const NewTriangle> triangles);
+
+  /// Does what ReplaceCavity does, in the time of a few look-ups, for the closed star of a vertex
+  /// without constrained edges: `ears` were cut off the polygon of its ring one after the other,
+  /// each as (corner before, tip, corner after), and the last is what was left.
+  void ReplaceStar(const Star& star, std::span<const NewTriangle> ears);
 
   /// Frees a vertex that no triangle and no constrained edge uses.
   void RemoveVertex(VertexId vertex);
@@ -292,6 +298,16 @@ class MeshEdit {
     TriangleId triangle;
     int side = 0;
   };
+  /// A side of a polygon that ears are cut off: what lies beyond it, and the side of that which is
+  /// this one.
+  struct RimSide {
+    VertexId from;
+    TriangleId beyond;
+    int side = 0;
+    bool constrained = false;
+  };
+  void GatherRim(const Star& star);
+  void LinkToRim(TriangleId id, int side, const RimSide& rim);
   [[nodiscard]] std::vector<OuterSide> OuterSidesOf(std::span<const TriangleId> cavity) const;
   void LinkSides(std::span<const OpenSide> open, std::span<const OuterSide> outer);
   /// Gives triangles their slots: those of `gone`, then new ones; frees what is left.
@@ -339,6 +355,7 @@ class MeshEdit {
   Revision committed_ = Revision::kNone;
   bool edges_ahead_ = false;  // Of their triangles: see CheckAfter.
   bool in_trial_ = false;
+  std::vector<RimSide> rim_;  // Of ReplaceStar, kept for its memory.
 };
 
 }  // namespace pliant

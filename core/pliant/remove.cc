@@ -20,10 +20,9 @@ std::vector<VertexId> RingBetween(const Star& star, VertexId from, VertexId to) 
   }
 }
 
-/// The polygons that remain when the center goes: one, or one on each side of its segment.
+/// The polygons that remain when a center on a segment goes: one, or one on each side.
 std::vector<std::vector<VertexId>> PolygonsOf(const Mesh& mesh, const Star& star) {
-  if (!mesh.vertex(star.center()).edge.valid() || !star.closed())
-    return {{star.ring().begin(), star.ring().end()}};
+  if (!star.closed()) return {{star.ring().begin(), star.ring().end()}};
   const auto [before, after] = mesh.SegmentEdges(star.center());
   const VertexId a = mesh.edge(before).vertices[0];
   const VertexId b = mesh.edge(after).vertices[1];
@@ -37,6 +36,19 @@ std::int32_t RegionAfter(const Mesh& mesh, const Star& star, VertexId from) {
   return mesh.triangle(star.triangles()[k]).region;
 }
 
+/// Triangles in place of the star of a vertex on a segment; nothing if there are none.
+std::optional<std::vector<NewTriangle>> CutBesideSegment(const Mesh& mesh, const Star& star) {
+  std::vector<NewTriangle> triangles;
+  for (const std::vector<VertexId>& polygon : PolygonsOf(mesh, star)) {
+    if (polygon.size() < 3) return std::nullopt;
+    const auto part = CutEars(mesh, polygon, mesh.metric(star.center()),
+                              RegionAfter(mesh, star, polygon.front()));
+    if (!part) return std::nullopt;
+    triangles.insert(triangles.end(), part->begin(), part->end());
+  }
+  return triangles;
+}
+
 }  // namespace
 
 std::optional<std::int32_t> RemoveNode(MeshEdit& edit, MetricFlipper& flipper, const Star& star,
@@ -44,20 +56,22 @@ std::optional<std::int32_t> RemoveNode(MeshEdit& edit, MetricFlipper& flipper, c
   const Mesh& mesh = edit.mesh();
   const VertexId center = star.center();
   const Metric metric = mesh.metric(center);
-  std::vector<NewTriangle> triangles;
-  for (const std::vector<VertexId>& polygon : PolygonsOf(mesh, star)) {
-    if (polygon.size() < 3) return std::nullopt;
-    const auto part = CutEars(mesh, polygon, metric, RegionAfter(mesh, star, polygon.front()));
-    if (!part) return std::nullopt;
-    triangles.insert(triangles.end(), part->begin(), part->end());
+  const bool on_segment = mesh.vertex(center).edge.valid();
+  const auto triangles =
+      on_segment ? CutBesideSegment(mesh, star)
+                 : CutEars(mesh, star.ring(), metric, mesh.triangle(star.triangles()[0]).region);
+  if (!triangles) return std::nullopt;
+  if (on_segment) {
+    edit.MergeEdges(center);
+    edit.ReplaceCavity(star.triangles(), *triangles);
+  } else {
+    edit.ReplaceStar(star, *triangles);
   }
-  if (mesh.vertex(center).edge.valid()) edit.MergeEdges(center);
-  edit.ReplaceCavity(star.triangles(), triangles);
   edit.RemoveVertex(center);
 
   if (after == AfterRemoval::kLeaveEdges) return 0;
-  // ReplaceCavity uses the cavity's slots in order.
-  return flipper.Within(star.triangles().first(triangles.size()), metric);
+  // Both use the slots of the star in order.
+  return flipper.Within(star.triangles().first(triangles->size()), metric);
 }
 
 }  // namespace pliant
