@@ -10,6 +10,10 @@ namespace {
 
 /// Only every so many samples take part in the first look around.
 constexpr std::size_t kScanned = 24;
+/// And before that every so many of these, for which a shift must leave a share of the differences.
+/// Most candidates end here, and where nothing has moved all of them do.
+constexpr std::size_t kScannedFirst = 3;
+constexpr double kWorthALook = 0.9;
 /// Distances are halved so many times.
 constexpr int kScales = 10;
 constexpr int kCompassRounds = 6;
@@ -106,9 +110,11 @@ class ShiftSearch {
     const std::size_t stride = std::max<std::size_t>(1, places_.size() / kScanned);
     double least = kPromising * Cost({}, stride);
     Vec2 best;
+    const double worth = kWorthALook * Cost({}, kScannedFirst * stride);
     double radius = 0.5 * Length(high_ - low_);
     for (int scale = 0; scale < kScales; ++scale, radius *= 0.5) {
       for (const Vec2 direction : kDirections) {
+        if (!(Cost(radius * direction, kScannedFirst * stride) < worth)) continue;
         const double cost = Cost(radius * direction, stride);
         // Radii shrink: a shorter shift that is as good is preferred.
         if (!(cost * kClearly < least)) continue;
