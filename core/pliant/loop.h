@@ -104,6 +104,13 @@ class PliantLoop {
   /// @par Cost of what is halved, some milliseconds at most
   void HalveLongEdges(const MetricField& field, std::vector<VertexId> nodes);
 
+  /// Takes nodes away in bulk where the metric has become much coarser, so that what was a lattice
+  /// is one again, twice as wide. A visit of the loop deletes one node where it finds it too close
+  /// to the others, which leaves a lattice with holes.
+  /// @param nodes  woken since BeginUpdate, because their metric changed
+  /// @par Cost O(nodes) and of what is deleted, some milliseconds at most
+  void ThinOut(std::vector<VertexId> nodes);
+
   /// Visits a node again though nothing about it has changed: it starts at the age of a neighbour
   /// that an update reaches.
   void Revisit(VertexId node) { Push(node, 0); }
@@ -201,6 +208,10 @@ class PliantLoop {
   [[nodiscard]] bool IsLarge(const std::array<VertexId, 3>& corners) const;
   /// Whether this update has changed the node's metric or geometry, and not visited it yet.
   [[nodiscard]] bool IsAwakeAnew(VertexId node) const;
+
+  class Thinning;
+  /// Whether the loop may delete the node, and all its neighbours are much too close.
+  [[nodiscard]] bool IsCrowded(VertexId node);
 
   void VisitNode(const MetricField& field, VertexId node);
   /// VisitNode under the eyes of a VisitAudit.

@@ -88,7 +88,7 @@ class Remesher::Impl {
   Status LetMetricFollow();
   Status LimitAgain();
   void Apply(WantedTensors wanted);
-  void HalveLongEdges();
+  void ChangeInBulk();
 
   MeshDiff CommitMesh();
   void SettleMetric();

@@ -163,7 +163,7 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   Progress progress;
   for (;;) {
-    HalveLongEdges();
+    ChangeInBulk();
     const std::int64_t visits_before = loop_.counts().visits;
     progress.stop_reason =
         nested_ ? nested_->Run(budget, helpers_) : loop_.Run(followed_.field(), budget);
@@ -188,9 +188,10 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
 }
 
 /// Not before a step: until then a request may name vertices of the last revision, and all of them.
-void Remesher::Impl::HalveLongEdges() {
+void Remesher::Impl::ChangeInBulk() {
   std::vector<VertexId> nodes = std::exchange(rewoken_, {});
   if (revision_ == Revision::kNone || nodes.empty()) return;
+  loop_.ThinOut(nodes);
   loop_.HalveLongEdges(followed_.field(), std::move(nodes));
 }
 
