@@ -9,13 +9,18 @@ namespace pliant {
 
 MeshEdit::Trial MeshEdit::BeginTrial() {
   PLIANT_CHECK(!in_trial_);
-  Trial trial{std::move(log_), mesh_.vertex_allocator_, mesh_.triangle_allocator_,
+  Trial trial{std::exchange(log_, {}), mesh_.vertex_allocator_, mesh_.triangle_allocator_,
               mesh_.edge_allocator_};
   for (const auto& [id, old] : trial.outer.vertices) mesh_.vertices_[id.index()].touched = false;
   for (const auto& [id, old] : trial.outer.triangles) mesh_.triangles_[id.index()].touched = false;
   for (const auto& [id, old] : trial.outer.edges) mesh_.edges_[id.index()].touched = false;
   in_trial_ = true;
-  log_ = {};
+  if (trial.outer.empty()) {
+    // A log that has grown to the size of a motion would grow again, page by page.
+    std::swap(trial.outer.vertices, log_.vertices);
+    std::swap(trial.outer.triangles, log_.triangles);
+    std::swap(trial.outer.edges, log_.edges);
+  }
   log_.vertex_slots = mesh_.vertex_slots();
   log_.triangle_slots = mesh_.triangle_slots();
   log_.edge_slots = mesh_.edge_slots();
@@ -25,8 +30,16 @@ MeshEdit::Trial MeshEdit::BeginTrial() {
 
 void MeshEdit::Keep(Trial trial) {
   PLIANT_CHECK(in_trial_);
-  const ChangeLog inner = std::exchange(log_, std::move(trial.outer));
   in_trial_ = false;
+  if (trial.outer.empty() && logging()) {
+    // The trial began where the revision did: its log is the revision's.
+    PLIANT_CHECK(trial.outer.vertex_slots == log_.vertex_slots &&
+                 trial.outer.triangle_slots == log_.triangle_slots &&
+                 trial.outer.edge_slots == log_.edge_slots &&
+                 trial.outer.segment_slots == log_.segment_slots);
+    return;
+  }
+  const ChangeLog inner = std::exchange(log_, std::move(trial.outer));
   // What the outer log has is older and stays; what is new to it goes in.
   const auto merge = [&](auto& outer, const auto& added, auto& records) {
     for (const auto& [id, old] : outer) records[id.index()].touched = true;

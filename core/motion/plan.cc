@@ -3,13 +3,13 @@
 #include <algorithm>
 #include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
-#include <queue>
 #include <string>
-#include <tuple>
 #include <unordered_map>
 #include <unordered_set>
 #include <utility>
+#include <vector>
 
 #include "core/base/check.h"
 #include "core/mesh/place_map.h"
@@ -33,6 +33,44 @@ Error MotionError(ErrorCode code, const char* field, std::size_t index, const st
   return {code, "entry " + std::to_string(index) + " of " + field + " " + what, field,
           static_cast<std::int64_t>(index)};
 }
+
+/// Who is reached next: a heap by distance, then vertex, then source. Which of two comes first
+/// cannot be predicted, so they are compared as whole numbers, without a branch.
+class NearestFirst {
+ public:
+  struct Entry {
+    double distance = 0;
+    VertexId vertex;
+    std::size_t source = 0;
+  };
+
+  [[nodiscard]] bool empty() const { return heap_.empty(); }
+  void Push(double distance, VertexId vertex, std::size_t source) {
+    // Not negative: the bits are in the order of the values.
+    heap_.push_back({std::bit_cast<std::uint64_t>(distance),
+                     static_cast<std::uint64_t>(vertex.index()) << 32 | source});
+    std::push_heap(heap_.begin(), heap_.end(), IsFarther);
+  }
+  Entry Pop() {
+    std::pop_heap(heap_.begin(), heap_.end(), IsFarther);
+    const auto [distance, who] = heap_.back();
+    heap_.pop_back();
+    return {std::bit_cast<double>(distance), VertexId(static_cast<std::int32_t>(who >> 32)),
+            static_cast<std::size_t>(who & UINT32_MAX)};
+  }
+
+ private:
+  struct Key {
+    std::uint64_t distance;
+    std::uint64_t who;
+  };
+  static bool IsFarther(const Key& a, const Key& b) {
+    return (static_cast<int>(a.distance > b.distance) |
+            (static_cast<int>(a.distance == b.distance) & static_cast<int>(a.who > b.who))) != 0;
+  }
+
+  std::vector<Key> heap_;
+};
 
 bool SameBits(Vec2 a, Vec2 b) {
   return std::bit_cast<std::uint64_t>(a.x) == std::bit_cast<std::uint64_t>(b.x) &&
@@ -251,8 +289,7 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
     double distance = std::numeric_limits<double>::infinity();
     bool done = false;
   };
-  using Entry = std::tuple<double, VertexId, std::size_t>;
-  std::priority_queue<Entry, std::vector<Entry>, std::greater<>> queue;
+  NearestFirst queue;
   std::vector<Reached> reached;
   PlaceMap place_of(mesh.vertex_slots());
   const auto place = [&](VertexId vertex) {
@@ -263,7 +300,7 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
     Reached& known = reached[place(vertex)];
     if (known.done || known.distance <= distance) return;
     known.distance = distance;
-    queue.emplace(distance, vertex, source);
+    queue.Push(distance, vertex, source);
   };
   for (std::size_t i = 0; i < movers_.size(); ++i) {
     const VertexId vertex = movers_[i].vertex;
@@ -282,8 +319,7 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
   }
   Star star;
   while (!queue.empty()) {
-    const auto [distance, vertex, source] = queue.top();
-    queue.pop();
+    const auto [distance, vertex, source] = queue.Pop();
     Reached& here = reached[static_cast<std::size_t>(place_of.At(vertex))];
     if (here.done) continue;
     here.done = true;
@@ -295,7 +331,7 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
       movers_.push_back({vertex, record.position, record.position + (leader.to - leader.from),
                          leader.shape, false});
     }
-    for (const TriangleId fan : FansOf(mesh, vertex)) {
+    const auto look_around = [&](TriangleId fan) {
       star.Gather(mesh, vertex, fan);
       for (const VertexId neighbor : star.ring()) {
         // Half of them are; a distance costs more than a look at the table.
@@ -304,7 +340,12 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
                                                 mesh.position(neighbor), mesh.metric(neighbor));
         if (next <= request_.follow_length) reach(next, neighbor, source);
       }
+    };
+    if (!record.pinched) {
+      look_around(record.triangle);
+      continue;
     }
+    for (const TriangleId fan : FansOf(mesh, vertex)) look_around(fan);
   }
 }
 

@@ -2,14 +2,17 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "core/mesh/validate.h"
+#include "core/metric/edge_length.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
 
@@ -182,6 +185,66 @@ TEST(MotionPlan, FollowersAreThoseWithinTheLength) {
     EXPECT_EQ(plan->At(mover, 1), (mover.from + Vec2{-0.5, -0.5}));
   }
   EXPECT_GE(plan->movers().size(), 2U);
+}
+
+/// Shortest ways over edges from some vertices, through vertices that may follow: by looking at all
+/// triangles until nothing becomes shorter. Infinite where there is none.
+std::vector<double> WaysFrom(const Mesh& mesh, std::span<const VertexId> sources) {
+  const double none = std::numeric_limits<double>::infinity();
+  std::vector<double> ways(static_cast<std::size_t>(mesh.vertex_slots()), none);
+  for (const VertexId source : sources) ways[source.index()] = 0;
+  for (bool shorter = true; shorter;) {
+    shorter = false;
+    for (const TriangleId id : testing::LiveTriangles(mesh)) {
+      for (const VertexId from : mesh.triangle(id).vertices) {
+        const VertexRecord& record = mesh.vertex(from);
+        if (ways[from.index()] > 0 && (record.fixed || record.edge.valid())) continue;
+        for (const VertexId to : mesh.triangle(id).vertices) {
+          if (to == from) continue;
+          const double way = ways[from.index()] + Distance(record.position, record.metric,
+                                                           mesh.position(to), mesh.metric(to));
+          if (!(way < ways[to.index()])) continue;
+          ways[to.index()] = way;
+          shorter = true;
+        }
+      }
+    }
+  }
+  return ways;
+}
+
+// Goal: followers are found in the order of their distance, and none is left out.
+TEST(MotionPlan, FollowersComeInTheOrderOfTheirDistance) {
+  const auto grid = testing::ImportedMesh(testing::GridData(20, 20));
+  for (const VertexId id : testing::LiveVertices(grid->mesh)) {
+    const Vec2 p = grid->mesh.position(id);
+    grid->edit.SetMetric(id, Metric::Isotropic(1 + 0.05 * p.x));
+  }
+  MotionRequest request;
+  request.vertices = {VertexId(0), VertexId(440)};  // Two corners: no side moves as a whole.
+  request.positions = {{-0.5, -0.5}, {20, 19}};
+  request.follow_length = 5;
+  auto plan = MotionPlan::Make(grid->mesh, request);
+  ASSERT_TRUE(plan.ok());
+  plan->FindRiders(grid->mesh);
+  std::vector<VertexId> sources;
+  for (const Mover& mover : plan->movers()) sources.push_back(mover.vertex);
+  ASSERT_EQ(sources.size(), 2U);
+  plan->AddFollowers(grid->mesh);
+  const std::vector<double> ways = WaysFrom(grid->mesh, sources);
+  std::vector<std::pair<double, VertexId>> expected;
+  for (const VertexId id : testing::LiveVertices(grid->mesh)) {
+    const VertexRecord& record = grid->mesh.vertex(id);
+    const double way = ways[id.index()];
+    if (way > 0 && way <= 5 && !record.fixed && !record.edge.valid())
+      expected.emplace_back(way, id);
+  }
+  std::ranges::sort(expected);
+  ASSERT_GT(expected.size(), 30U);
+  ASSERT_EQ(plan->movers().size(), sources.size() + expected.size());
+  for (std::size_t i = 0; i < expected.size(); ++i) {
+    EXPECT_EQ(plan->movers()[sources.size() + i].vertex, expected[i].second) << i;
+  }
 }
 
 TEST(MotionPlan, CarriedTensorsKeepTheLengthOfCarriedEdges) {
