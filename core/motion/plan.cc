@@ -372,12 +372,14 @@ MotionPlan::Map MotionPlan::MapOf(const PathShape& shape, double s) {
 }
 
 const MotionPlan::Map& MotionPlan::MapAt(std::int32_t shape, double s) const {
-  if (s != cached_time_) {
-    cached_maps_.clear();
-    for (const TagMotion& motion : request_.tags) cached_maps_.push_back(MapOf(motion.shape, s));
-    cached_time_ = s;
+  if (s != cached_[0].time) std::swap(cached_[0], cached_[1]);
+  MapsAt& last = cached_[0];
+  if (s != last.time) {
+    last.maps.clear();
+    for (const TagMotion& motion : request_.tags) last.maps.push_back(MapOf(motion.shape, s));
+    last.time = s;
   }
-  return cached_maps_[static_cast<std::size_t>(shape)];
+  return last.maps[static_cast<std::size_t>(shape)];
 }
 
 Metric MotionPlan::Carried(const Mover& mover, const Metric& metric, double s) const {

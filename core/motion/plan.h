@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <unordered_map>
@@ -90,6 +91,13 @@ class MotionPlan {
     Vec2 shift;
   };
 
+  /// The maps of all tags at one time: sines and cosines cost more than all the rest. Two times
+  /// are kept, because the paths of a piece are asked for by their two ends, in turn.
+  struct MapsAt {
+    double time = -1;
+    std::vector<Map> maps;
+  };
+
   /// A vertex inside a segment that the request names.
   struct Named {
     std::int32_t segment = 0;
@@ -115,8 +123,7 @@ class MotionPlan {
   std::vector<VertexId> cuts_;
   std::vector<std::int32_t> segments_;
   std::int32_t piece_count_ = 1;
-  mutable double cached_time_ = -1;
-  mutable std::vector<Map> cached_maps_;
+  mutable std::array<MapsAt, 2> cached_;  ///< The last two times asked for, the last one first.
 };
 
 }  // namespace pliant

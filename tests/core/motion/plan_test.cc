@@ -187,6 +187,22 @@ TEST(MotionPlan, FollowersAreThoseWithinTheLength) {
   EXPECT_GE(plan->movers().size(), 2U);
 }
 
+// Goal: where a mover is does not depend on the times that were asked for before.
+TEST(MotionPlan, PlacesDoNotDependOnTheOrderOfQuestions) {
+  const auto square = SquareWithSlider();
+  MotionRequest request;
+  request.tags = {{{1}, Rotation{{0.3, 0.2}, 1.5}}};
+  const auto plan = MotionPlan::Make(square->mesh, request);
+  ASSERT_TRUE(plan.ok());
+  for (const double s : {0.25, 0.5, 0.25, 0.5, 0.75, 0.25, 1.0, 0.75, 0.5, 0.5, 0.125}) {
+    const auto fresh = MotionPlan::Make(square->mesh, request);
+    ASSERT_TRUE(fresh.ok());
+    for (std::size_t i = 0; i < plan->movers().size(); ++i) {
+      EXPECT_EQ(plan->At(plan->movers()[i], s), fresh->At(fresh->movers()[i], s)) << s;
+    }
+  }
+}
+
 /// Shortest ways over edges from some vertices, through vertices that may follow: by looking at all
 /// triangles until nothing becomes shorter. Infinite where there is none.
 std::vector<double> WaysFrom(const Mesh& mesh, std::span<const VertexId> sources) {
