@@ -151,22 +151,13 @@ Result<MetricSpec> MakeMetricSpec(const MetricOptions& options, const io::Geomet
 
 Result<std::vector<Metric>> MetricsAtPoints(const MetricSpec& spec, const MeshData& mesh) {
   PLIANT_ASSIGN_OR_RETURN(const std::unique_ptr<MetricField> field,
-                          MakeMetricField(spec, BoxAround(mesh.points)));
+                          MakeMetricField(spec, BoxOf(mesh.points)));
   std::vector<Metric> metrics;
   metrics.reserve(mesh.points.size());
   std::int32_t hint = MetricField::kNoHint;
   for (const Vec2 point : mesh.points) metrics.push_back(field->At(point, hint));
   PLIANT_RETURN_IF_ERROR(field->status());
   return metrics;
-}
-
-BoundingBox BoxAround(const std::vector<Vec2>& points) {
-  BoundingBox box{points.front(), points.front()};
-  for (const Vec2 p : points) {
-    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y)};
-    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y)};
-  }
-  return box;
 }
 
 }  // namespace pliant::cli

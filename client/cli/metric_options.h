@@ -43,7 +43,4 @@ void AddMetricOptions(CLI::App& command, MetricOptions& options, MetricNeed need
 [[nodiscard]] Result<std::vector<Metric>> MetricsAtPoints(const MetricSpec& spec,
                                                           const MeshData& mesh);
 
-/// The smallest box around all points. @pre there is one
-[[nodiscard]] BoundingBox BoxAround(const std::vector<Vec2>& points);
-
 }  // namespace pliant::cli

@@ -47,7 +47,7 @@ Result<std::optional<BoundingBox>> WindowOf(const PlotCommandOptions& options) {
 /// The panels with histograms of normalized angles and lengths.
 Result<plot::Drawing> HistogramPanels(const MetricSpec& spec, const MeshData& mesh) {
   PLIANT_ASSIGN_OR_RETURN(const std::unique_ptr<MetricField> field,
-                          MakeMetricField(spec, BoxAround(mesh.points)));
+                          MakeMetricField(spec, BoxOf(mesh.points)));
   const Quality quality = MeasureQuality(mesh, *field);
   PLIANT_RETURN_IF_ERROR(field->status());
   return plot::PlotQuality({.angle_counts = quality.angles.counts,

@@ -29,7 +29,7 @@ Status Run(const QualityOptions& options) {
   PLIANT_ASSIGN_OR_RETURN(const MetricSpec spec,
                           MakeMetricSpec(options.metric, input, options.input));
   PLIANT_ASSIGN_OR_RETURN(const std::unique_ptr<MetricField> field,
-                          MakeMetricField(spec, BoxAround(mesh->points)));
+                          MakeMetricField(spec, BoxOf(mesh->points)));
   const Quality quality = MeasureQuality(*mesh, *field);
   PLIANT_RETURN_IF_ERROR(field->status());
   if (!options.json.empty()) return WriteJson(options.json, QualityJson(quality));

@@ -79,14 +79,8 @@ class MeshPlotter {
   Drawing drawing_;
 };
 
-BoundingBox BoxOf(const std::vector<Vec2>& points) {
-  if (points.empty()) return {.low = {0, 0}, .high = {1, 1}};
-  BoundingBox box{.low = points.front(), .high = points.front()};
-  for (const Vec2 p : points) {
-    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y)};
-    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y)};
-  }
-  return box;
+BoundingBox WindowOf(const std::vector<Vec2>& points) {
+  return points.empty() ? BoundingBox{.low = {0, 0}, .high = {1, 1}} : BoxOf(points);
 }
 
 /// A box without width or height cannot be mapped onto a panel.
@@ -205,7 +199,7 @@ Drawing MeshPlotter::Plot() {
 View MeshPlotter::MakeView() const {
   View view;
   const bool has_window = options_.window.has_value();
-  view.window = WithArea(has_window ? *options_.window : BoxOf(mesh_.points));
+  view.window = WithArea(has_window ? *options_.window : WindowOf(mesh_.points));
   const Vec2 extent = view.window.high - view.window.low;
   view.scale = {options_.width / extent.x, options_.height / extent.y};
   if (options_.fit == WindowFit::kEqual) {

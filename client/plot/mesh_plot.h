@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "client/plot/drawing.h"
-#include "core/geometry/domain.h"
+#include "core/geometry/bounding_box.h"
 #include "core/geometry/mesh_data.h"
 #include "core/metric/metric.h"
 

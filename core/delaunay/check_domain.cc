@@ -150,10 +150,8 @@ Status CheckSegmentEnds(const Domain& domain) {
                .other_index = twins.other};
 }
 
-BoundingBox BoxOf(const Domain& domain, const Segment& s) {
-  const Vec2 a = StartOf(domain, s);
-  const Vec2 b = EndOf(domain, s);
-  return {{std::min(a.x, b.x), std::min(a.y, b.y)}, {std::max(a.x, b.x), std::max(a.y, b.y)}};
+BoundingBox BoxOfSegment(const Domain& domain, const Segment& s) {
+  return BoxOf(std::array{StartOf(domain, s), EndOf(domain, s)});
 }
 
 Error CrossingError(const Domain& domain, std::int32_t segment, std::int32_t other) {
@@ -180,7 +178,7 @@ Status CheckCrossings(const Domain& domain, const BoxTree& tree) {
   for (std::size_t i = 0; i < domain.segments.size(); ++i) {
     const Segment& s = domain.segments[i];
     std::int32_t other = std::numeric_limits<std::int32_t>::max();
-    tree.ForEachMeeting(BoxOf(domain, s), [&](std::int32_t k) {
+    tree.ForEachMeeting(BoxOfSegment(domain, s), [&](std::int32_t k) {
       const Segment& t = domain.segments[AsIndex(k)];
       if (AsIndex(k) != i && k < other &&
           CrossOrOverlap(StartOf(domain, s), EndOf(domain, s), StartOf(domain, t),
@@ -245,7 +243,7 @@ Status CheckSegment(const Domain& domain, std::int32_t segment) {
 Status CheckSegments(const Domain& domain) {
   std::vector<BoundingBox> boxes;
   boxes.reserve(domain.segments.size());
-  for (const Segment& s : domain.segments) boxes.push_back(BoxOf(domain, s));
+  for (const Segment& s : domain.segments) boxes.push_back(BoxOfSegment(domain, s));
   const BoxTree tree(boxes);
   PLIANT_RETURN_IF_ERROR(CheckCrossings(domain, tree));
   return CheckPointsOnSegments(domain, tree);

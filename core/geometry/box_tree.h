@@ -8,7 +8,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/geometry/domain.h"
+#include "core/geometry/bounding_box.h"
 #include "core/geometry/vec2.h"
 
 namespace pliant {
@@ -53,23 +53,12 @@ class BoxTree {
     std::int32_t index = 0;
   };
 
-  static bool Meet(const BoundingBox& a, const BoundingBox& b) {
-    return a.low.x <= b.high.x && b.low.x <= a.high.x && a.low.y <= b.high.y && b.low.y <= a.high.y;
-  }
-  static double SquaredDistance(const BoundingBox& box, Vec2 p);
-
   void Build();
   void SplitAtMedian(const Node& node);
 
   std::vector<Node> nodes_;
   std::vector<Item> items_;
 };
-
-inline double BoxTree::SquaredDistance(const BoundingBox& box, Vec2 p) {
-  const double x = p.x < box.low.x ? box.low.x - p.x : p.x > box.high.x ? p.x - box.high.x : 0;
-  const double y = p.y < box.low.y ? box.low.y - p.y : p.y > box.high.y ? p.y - box.high.y : 0;
-  return x * x + y * y;
-}
 
 template <class Visit>
 void BoxTree::ForEachMeeting(const BoundingBox& box, Visit visit) const {

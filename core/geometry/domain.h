@@ -36,10 +36,4 @@ struct Domain {
   std::vector<RegionSeed> regions;  ///< Triangles of a region without a seed carry tag 0.
 };
 
-/// Axis-parallel bounding box of the points. @pre !points.empty()
-struct BoundingBox {
-  Vec2 low;
-  Vec2 high;
-};
-
 }  // namespace pliant

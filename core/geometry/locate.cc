@@ -161,11 +161,7 @@ const BoxTree& TriangleLocator::Tree() const {
   return lazy_tree_->tree.Get([this] {
     std::vector<BoundingBox> boxes;
     boxes.reserve(links_.size());
-    for (std::int32_t t = 0; t < triangle_count(); ++t) {
-      const auto [a, b, c] = Corners(t);
-      boxes.push_back({{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y})},
-                       {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y})}});
-    }
+    for (std::int32_t t = 0; t < triangle_count(); ++t) boxes.push_back(BoxOf(Corners(t)));
     return BoxTree(boxes);
   });
 }

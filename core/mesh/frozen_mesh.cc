@@ -286,9 +286,7 @@ void FrozenMesh::FindBoundary() {
   std::vector<BoundingBox> boxes;
   boxes.reserve(boundary_.size());
   for (const std::int32_t slot : boundary_) {
-    const auto [a, b, c] = PointsOf(triangle(TriangleId(slot)));
-    boxes.push_back({{std::min({a.x, b.x, c.x}), std::min({a.y, b.y, c.y})},
-                     {std::max({a.x, b.x, c.x}), std::max({a.y, b.y, c.y})}});
+    boxes.push_back(BoxOf(PointsOf(triangle(TriangleId(slot)))));
   }
   boundary_tree_.emplace(boxes);
 }

@@ -8,7 +8,7 @@
 
 #include "core/base/result.h"
 #include "core/base/stop_signal.h"
-#include "core/geometry/domain.h"
+#include "core/geometry/bounding_box.h"
 #include "core/geometry/mesh_data.h"
 #include "core/metric/gradation.h"
 #include "core/metric/metric.h"

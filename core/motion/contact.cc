@@ -170,12 +170,7 @@ class ContactFinder {
   [[nodiscard]] BoundingBox SweptBox(std::int32_t segment) const {
     const Line a = LineOf(SegmentOf(segment).a);
     const Line b = LineOf(SegmentOf(segment).b);
-    BoundingBox box{a.from, a.from};
-    for (const Vec2 p : {a.At(1), b.from, b.At(1)}) {
-      box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y)};
-      box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y)};
-    }
-    return box;
+    return BoxOf(std::array{a.from, a.At(1), b.from, b.At(1)});
   }
 
   /// Two segments that do not cross first meet where an end of one lies on the other.

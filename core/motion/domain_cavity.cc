@@ -15,15 +15,6 @@ namespace {
 
 using Corners = std::array<Vec2, 3>;
 
-BoundingBox BoxOf(std::span<const Vec2> points) {
-  BoundingBox box{points[0], points[0]};
-  for (const Vec2 p : points) {
-    box.low = {std::fmin(box.low.x, p.x), std::fmin(box.low.y, p.y)};
-    box.high = {std::fmax(box.high.x, p.x), std::fmax(box.high.y, p.y)};
-  }
-  return box;
-}
-
 bool Contains(const Corners& corners, Vec2 p) {
   return Orient2d(corners[0], corners[1], p) >= 0 && Orient2d(corners[1], corners[2], p) >= 0 &&
          Orient2d(corners[2], corners[0], p) >= 0;

@@ -1,6 +1,7 @@
 #include "core/motion/domain_match.h"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <span>
 #include <tuple>
@@ -166,8 +167,8 @@ class Matcher {
       const Vec2 a = Point(domain_.segments[i].a);
       const Vec2 b = Point(domain_.segments[i].b);
       const double slack = SlackOf(a, b);
-      boxes.push_back({{std::fmin(a.x, b.x) - slack, std::fmin(a.y, b.y) - slack},
-                       {std::fmax(a.x, b.x) + slack, std::fmax(a.y, b.y) + slack}});
+      const BoundingBox box = BoxOf(std::array{a, b});
+      boxes.push_back({box.low - Vec2{slack, slack}, box.high + Vec2{slack, slack}});
       fresh.push_back(i);
     }
     const BoxTree tree(boxes);

@@ -190,9 +190,8 @@ Status DomainSwap::SettlePoints(MeshEdit& edit) {
 void DomainSwap::SplitChains(const Mesh& mesh) {
   std::vector<BoundingBox> boxes;
   for (std::size_t k = 0; k < segment_of_piece_.size(); ++k) {
-    const auto& [a, b, group] = request_.pieces[k];
-    boxes.push_back(
-        {{std::min(a.x, b.x), std::min(a.y, b.y)}, {std::max(a.x, b.x), std::max(a.y, b.y)}});
+    const DomainPiece& piece = request_.pieces[k];
+    boxes.push_back(BoxOf(std::array{piece.a, piece.b}));
   }
   const BoxTree tree(boxes);
   std::map<std::size_t, std::vector<VertexId>> inside;  // By segment.

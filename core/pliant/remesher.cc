@@ -9,19 +9,6 @@
 #include "core/pliant/remesher_impl.h"
 
 namespace pliant {
-namespace {
-
-BoundingBox BoxOf(std::span<const Vec2> points) {
-  BoundingBox box{points.front(), points.front()};
-  for (const Vec2 p : points) {
-    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y)};
-    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y)};
-  }
-  return box;
-}
-
-}  // namespace
-
 Remesher::Impl::Impl(const MeshPlan& plan, Numbering numbering, const Options& options)
     : options_(options),
       edit_(mesh_),

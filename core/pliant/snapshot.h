@@ -6,7 +6,7 @@
 #include "core/base/bytes.h"
 #include "core/base/ids.h"
 #include "core/base/result.h"
-#include "core/geometry/domain.h"
+#include "core/geometry/bounding_box.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_delta.h"
 #include "core/mesh/mesh_diff.h"

@@ -6,7 +6,7 @@
 #include <vector>
 
 #include "core/base/ids.h"
-#include "core/geometry/domain.h"
+#include "core/geometry/bounding_box.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/change_log.h"
 #include "core/mesh/mesh.h"

@@ -120,11 +120,5 @@ TEST(MetricOptions, MetricsAtPointsFollowTheFormula) {
   EXPECT_FALSE(MetricsAtPoints(spec, OneTriangle()).ok()) << "negative at x = 2";
 }
 
-TEST(MetricOptions, TheBoxHoldsAllPoints) {
-  const BoundingBox box = BoxAround({{1, 5}, {-2, 6}, {0, 7}});
-  EXPECT_EQ(box.low, (Vec2{-2, 5}));
-  EXPECT_EQ(box.high, (Vec2{1, 7}));
-}
-
 }  // namespace
 }  // namespace pliant::cli
