@@ -72,6 +72,7 @@ class MetricLimiter {
     return static_cast<std::size_t>(vertex) < rows_.size() && row(vertex).live;
   }
   [[nodiscard]] const Metric& Raw(std::int32_t vertex) const { return row(vertex).raw; }
+  [[nodiscard]] double SizeCap(std::int32_t vertex) const { return row(vertex).size_cap; }
   [[nodiscard]] Metric Limited(std::int32_t vertex) const;
   [[nodiscard]] const LimitTotals& totals() const { return totals_; }
 

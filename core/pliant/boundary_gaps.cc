@@ -14,32 +14,50 @@ constexpr double kOverlap = 1e-9;
 
 }  // namespace
 
-std::vector<BoundaryGaps::Line> BoundaryGaps::LinesOf(const Mesh& mesh) {
-  std::vector<Line> lines;
-  lines.reserve(mesh.segments().size());
-  for (const SegmentRecord& segment : mesh.segments()) {
-    if (segment.is_line()) {
-      lines.push_back({segment.a, segment.b, mesh.position(segment.a), mesh.position(segment.b)});
-    } else {
-      lines.push_back({});
-    }
-  }
-  return lines;
+BoundaryGaps::Line BoundaryGaps::LineOf(const Mesh& mesh, const SegmentRecord& segment) {
+  if (!segment.is_line()) return {};
+  return {segment.a, segment.b, mesh.position(segment.a), mesh.position(segment.b)};
 }
 
-BoundaryGaps::BoundaryGaps(const Mesh& mesh) : lines_(LinesOf(mesh)) {
+BoundaryGaps::BoundaryGaps(const Mesh& mesh) {
+  lines_.reserve(mesh.segments().size());
+  for (const SegmentRecord& segment : mesh.segments()) lines_.push_back(LineOf(mesh, segment));
+}
+
+bool BoundaryGaps::Differs(const Mesh& mesh, std::int32_t segment) const {
+  const auto i = static_cast<std::size_t>(segment);
+  return i >= lines_.size() || lines_[i] != LineOf(mesh, mesh.segments()[i]);
+}
+
+std::optional<BoundingBox> BoundaryGaps::DifferenceTo(const Mesh& mesh) const {
+  std::optional<BoundingBox> box;
+  const auto grow = [&](const Line& line) {
+    if (!line.b.valid()) return;
+    if (!box) box = {line.from, line.from};
+    box = BoxOf(std::array{box->low, box->high, line.from, line.to});
+  };
+  const std::size_t count = std::max(lines_.size(), mesh.segments().size());
+  for (std::size_t i = 0; i < count; ++i) {
+    const Line here = i < lines_.size() ? lines_[i] : Line{};
+    const Line there = i < mesh.segments().size() ? LineOf(mesh, mesh.segments()[i]) : Line{};
+    if (here == there) continue;
+    grow(here);
+    grow(there);
+  }
+  return box;
+}
+
+BoundaryGaps::Boxed BoundaryGaps::MakeBoxes() const {
+  Boxed boxed;
   std::vector<BoundingBox> boxes;
   for (std::size_t i = 0; i < lines_.size(); ++i) {
-    const Line& line = lines_[i];
-    if (!line.b.valid()) continue;
-    boxed_.push_back(static_cast<std::int32_t>(i));
-    boxes.push_back({{std::min(line.from.x, line.to.x), std::min(line.from.y, line.to.y)},
-                     {std::max(line.from.x, line.to.x), std::max(line.from.y, line.to.y)}});
+    if (!lines_[i].b.valid()) continue;
+    boxed.segments.push_back(static_cast<std::int32_t>(i));
+    boxes.push_back(BoxOf(std::array{lines_[i].from, lines_[i].to}));
   }
-  tree_ = BoxTree(boxes);
+  boxed.tree = BoxTree(boxes);
+  return boxed;
 }
-
-bool BoundaryGaps::IsOf(const Mesh& mesh) const { return lines_ == LinesOf(mesh); }
 
 double BoundaryGaps::WidthAt(const Mesh& mesh, VertexId vertex, double reach) const {
   double width = kNone;
@@ -70,8 +88,10 @@ double BoundaryGaps::WidthAt(const Mesh& mesh, VertexId vertex, double reach) co
 
 double BoundaryGaps::FirstHit(const Ray& ray, const Line& own) const {
   double nearest = ray.length;
-  tree_.ForEachNear(ray.origin, [&](std::int32_t box) {
-    const Line& line = lines_[static_cast<std::size_t>(boxed_[static_cast<std::size_t>(box)])];
+  const Boxed& boxed = boxed_.Get([this] { return MakeBoxes(); });
+  boxed.tree.ForEachNear(ray.origin, [&](std::int32_t box) {
+    const std::int32_t segment = boxed.segments[static_cast<std::size_t>(box)];
+    const Line& line = lines_[static_cast<std::size_t>(segment)];
     const bool is_joined = line.a == own.a || line.a == own.b || line.b == own.a || line.b == own.b;
     const Vec2 along = line.to - line.from;
     const double slope = Cross(ray.direction, along);

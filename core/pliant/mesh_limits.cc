@@ -61,9 +61,9 @@ RawTensors Merge(const RawTensors& first, const RawTensors& second) {
 void MeshLimits::Load(const GradationOptions& options, std::span<const VertexId> vertices,
                       std::span<const Metric> tensors) {
   options_ = options;
-  gaps_ = options.geometry == 0 && options.gap_element_count == 0
-              ? nullptr
-              : std::make_shared<BoundaryGaps>(mesh_);
+  segments_ = options.geometry == 0 && options.gap_element_count == 0
+                  ? nullptr
+                  : std::make_shared<BoundaryGaps>(mesh_);
   limiter_ = std::make_shared<MetricLimiter>(options);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (mesh_.IsLive(vertices[i])) SetRaw(vertices[i], tensors[i]);
@@ -81,13 +81,10 @@ void MeshLimits::SetRaw(VertexId vertex, const Metric& raw) {
   limiter_->SetRaw(vertex.value(), raw, SizeCap(vertex, raw));
 }
 
-template <class Visit>
-void MeshLimits::ForEachSegmentAt(VertexId vertex, Visit visit) const {
-  for (EdgeId id = mesh_.vertex(vertex).edge; id.valid();) {
-    const EdgeRecord& edge = mesh_.edge(id);
-    visit(mesh_.segments()[static_cast<std::size_t>(edge.segment)]);
-    id = edge.next[edge.vertices[0] == vertex ? 0 : 1];
-  }
+/// How far the size at a vertex depends on segments that it does not stand on.
+double MeshLimits::ReachOf(const Metric& raw) const {
+  if (options_.gap_element_count == 0) return 0;
+  return options_.gap_element_count * SizesFromMetric(raw).wide;
 }
 
 /// The size that the geometry allows at a vertex; gaps that `raw` fills with enough elements do not
@@ -95,44 +92,53 @@ void MeshLimits::ForEachSegmentAt(VertexId vertex, Visit visit) const {
 double MeshLimits::SizeCap(VertexId vertex, const Metric& raw) const {
   const double cap = SegmentCap(vertex);
   if (options_.gap_element_count == 0 || !mesh_.vertex(vertex).edge.valid()) return cap;
-  const double reach = options_.gap_element_count * SizesFromMetric(raw).wide;
-  return std::min(cap, gaps_->WidthAt(mesh_, vertex, reach) / options_.gap_element_count);
+  const double width = segments_->WidthAt(mesh_, vertex, ReachOf(raw));
+  return std::min(cap, width / options_.gap_element_count);
 }
 
 /// The size that the input segments at a given vertex allow.
 double MeshLimits::SegmentCap(VertexId vertex) const {
   double least = MetricLimiter::kNoCap;
   if (options_.geometry == 0 || !mesh_.vertex(vertex).fixed) return least;
-  ForEachSegmentAt(vertex, [&](const SegmentRecord& line) {
+  for (EdgeId id = mesh_.vertex(vertex).edge; id.valid();) {
+    const EdgeRecord& edge = mesh_.edge(id);
+    const SegmentRecord& line = mesh_.segments()[static_cast<std::size_t>(edge.segment)];
     least = std::min(least, Length(mesh_.position(line.b) - mesh_.position(line.a)));
-  });
+    id = edge.next[edge.vertices[0] == vertex ? 0 : 1];
+  }
   return options_.geometry * least;
 }
 
-/// A vertex moved or has other triangles. It may stand at another gap, and if it is a given one,
-/// the segments at it may have other lengths, for both their ends.
-void MeshLimits::RenewCaps(VertexId vertex) {
-  if (gaps_ != nullptr) SetRaw(vertex, Raw(vertex));
-  if (options_.geometry == 0 || !mesh_.vertex(vertex).fixed) return;
-  SetRaw(vertex, Raw(vertex));
-  ForEachSegmentAt(vertex, [&](const SegmentRecord& line) {
-    for (const VertexId end : {line.a, line.b}) {
-      if (end != vertex && Has(end)) SetRaw(end, Raw(end));
-    }
-  });
+void MeshLimits::RenewCap(VertexId vertex) {
+  const double cap = SizeCap(vertex, Raw(vertex));
+  if (cap != limiter_->SizeCap(vertex.value())) limiter_->SetRaw(vertex.value(), Raw(vertex), cap);
 }
 
-/// If the segments are others than before, whoever stands on one may have another cap.
-void MeshLimits::RenewGaps() {
-  if (gaps_ == nullptr || gaps_->IsOf(mesh_)) return;
-  gaps_ = std::make_shared<BoundaryGaps>(mesh_);
+/// Where segments are others than before, whoever stands on them or sees them may have another cap.
+void MeshLimits::RenewSegments() {
+  if (segments_ == nullptr) return;
+  const std::optional<BoundingBox> place = segments_->DifferenceTo(mesh_);
+  if (!place) return;
+  const auto before = std::exchange(segments_, std::make_shared<BoundaryGaps>(mesh_));
   for (std::int32_t e = 0; e < mesh_.edge_slots(); ++e) {
     const EdgeRecord& edge = mesh_.edge(EdgeId(e));
     if (!edge.live) continue;
+    const bool is_other = before->Differs(mesh_, edge.segment);
     for (const VertexId end : edge.vertices) {
-      if (Has(end)) SetRaw(end, Raw(end));
+      if (!Has(end)) continue;
+      const double reach = ReachOf(Raw(end));
+      if (is_other || SquaredDistance(*place, mesh_.position(end)) <= reach * reach) {
+        RenewCap(end);
+      }
     }
   }
+}
+
+/// These may stand on other segments than before, or be given ones no more, or see another side.
+void MeshLimits::RenewCaps(std::vector<VertexId> vertices) {
+  std::sort(vertices.begin(), vertices.end());
+  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  for (const VertexId vertex : vertices) RenewCap(vertex);
 }
 
 std::shared_ptr<const MetricField> MeshLimits::RawField(std::shared_ptr<FrozenMesh> base) const {
@@ -153,17 +159,16 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
       continue;
     }
     // Also one that is given no more, or has left the boundary.
-    if (gaps_ != nullptr && old.live) capped.push_back(vertex);
+    if (segments_ != nullptr && old.live) capped.push_back(vertex);
     if (old.live && old.position == mesh_.position(vertex)) continue;
     moved.vertices.push_back(vertex);
     moved.tensors.push_back(raw.At(mesh_.position(vertex), hint));
   }
   for (const VertexId vertex : gone) limiter_->Remove(vertex.value());
-  RenewGaps();
+  RenewSegments();
   for (std::size_t i = 0; i < moved.vertices.size(); ++i) {
     SetRaw(moved.vertices[i], moved.tensors[i]);
   }
-  for (const VertexId vertex : capped) RenewCaps(vertex);
   for (const auto& [slot, old] : base.triangles()) {
     const TriangleId id(slot);
     const bool is_live = slot < mesh_.triangle_slots() && mesh_.triangle(id).live;
@@ -172,12 +177,13 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
       for (const VertexId v : corners) {
         if (!mesh_.IsLive(v)) continue;
         limiter_->Touch(v.value());
-        if (gaps_ != nullptr && mesh_.vertex(v).edge.valid()) RenewCaps(v);
+        if (segments_ != nullptr && mesh_.vertex(v).edge.valid()) capped.push_back(v);
       }
     };
     if (old.live) touch(old.vertices);
     if (is_live) touch(mesh_.triangle(id).vertices);
   }
+  RenewCaps(std::move(capped));
 }
 
 WantedTensors MeshLimits::Update() {
@@ -226,7 +232,7 @@ RawTensors MeshLimits::Commit() {
   committed_ = limiter_;
   committed_report_ = report_;
   committed_options_ = options_;
-  committed_gaps_ = gaps_;
+  committed_segments_ = segments_;
   return undo;
 }
 
@@ -235,7 +241,7 @@ void MeshLimits::Rollback() {
   if (on()) limiter_->Rollback();
   report_ = committed_report_;
   options_ = committed_options_;
-  gaps_ = committed_gaps_;
+  segments_ = committed_segments_;
 }
 
 RawTensors MeshLimits::All() const {
@@ -264,16 +270,18 @@ void MeshLimits::Apply(const RawTensors& raw, std::span<const VertexId> touched)
   for (const VertexId vertex : touched) {
     if (!mesh_.IsLive(vertex) && Has(vertex)) limiter_->Remove(vertex.value());
   }
-  RenewGaps();
+  RenewSegments();
   for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
     if (mesh_.IsLive(raw.vertices[i])) SetRaw(raw.vertices[i], raw.tensors[i]);
   }
   for (const VertexId vertex : touched) GiveRaw(vertex);
+  std::vector<VertexId> live;
   for (const VertexId vertex : touched) {
     if (!mesh_.IsLive(vertex)) continue;
-    RenewCaps(vertex);
+    live.push_back(vertex);
     limiter_->Touch(vertex.value());
   }
+  if (segments_ != nullptr) RenewCaps(std::move(live));
 }
 
 }  // namespace pliant

@@ -97,22 +97,21 @@ class MeshLimits {
  private:
   [[nodiscard]] double SizeCap(VertexId vertex, const Metric& raw) const;
   [[nodiscard]] double SegmentCap(VertexId vertex) const;
-  void RenewGaps();
-  void RenewCaps(VertexId vertex);
+  [[nodiscard]] double ReachOf(const Metric& raw) const;
+  void RenewSegments();
+  void RenewCap(VertexId vertex);
+  void RenewCaps(std::vector<VertexId> vertices);
   void GiveRaw(VertexId vertex);
-  template <class Visit>
-  void ForEachSegmentAt(VertexId vertex, Visit visit) const;
-
   const MeshEdit& edit_;
   const Mesh& mesh_;
   GradationOptions options_;
-  std::shared_ptr<MetricLimiter> limiter_;    // Null: off.
-  std::shared_ptr<const BoundaryGaps> gaps_;  // Null: off.
-  std::shared_ptr<MetricLimiter> committed_;  // Of the last commit; goes back by its own log.
+  std::shared_ptr<MetricLimiter> limiter_;        // Null: off.
+  std::shared_ptr<const BoundaryGaps> segments_;  // Null: they do not limit.
+  std::shared_ptr<MetricLimiter> committed_;      // Of the last commit; goes back by its own log.
   MetricReport report_;
   MetricReport committed_report_;
   GradationOptions committed_options_;
-  std::shared_ptr<const BoundaryGaps> committed_gaps_;
+  std::shared_ptr<const BoundaryGaps> committed_segments_;
 };
 
 }  // namespace pliant

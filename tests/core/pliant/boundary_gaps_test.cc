@@ -88,7 +88,7 @@ TEST(BoundaryGaps, AreThoseOfASearchThroughAllSegments) {
     const auto made = testing::DomainMesh(random.domain);
     const Mesh& mesh = made->mesh;
     const BoundaryGaps gaps(mesh);
-    EXPECT_TRUE(gaps.IsOf(mesh));
+    EXPECT_EQ(gaps.DifferenceTo(mesh), std::nullopt);
     for (const VertexId v : testing::LiveVertices(mesh)) {
       const double reach = random.extent * 0.3;
       long double width = reach;
@@ -146,12 +146,20 @@ TEST(BoundaryGaps, AreThoseOfASearchThroughAllSegments) {
   EXPECT_GT(gap_count, 0);
 }
 
-TEST(BoundaryGaps, KnowTheMeshTheyAreOf) {
+TEST(BoundaryGaps, TellWhereSegmentsAreOthers) {
   const auto made = testing::DomainMesh(Loop({{0, 0}, {1, 0}, {1, 1}, {0, 1}}));
-  const BoundaryGaps gaps(made->mesh);
-  EXPECT_TRUE(gaps.IsOf(made->mesh));
-  made->edit.MoveVertex(VertexId(2), {1, 0.5});
-  EXPECT_FALSE(gaps.IsOf(made->mesh));
+  const Mesh& mesh = made->mesh;
+  const BoundaryGaps gaps(mesh);
+  EXPECT_EQ(gaps.DifferenceTo(mesh), std::nullopt);
+  const VertexId corner = VertexAt(mesh, {1, 1});
+  made->edit.MoveVertex(corner, {0.9, 0.5});
+  for (std::int32_t i = 0; i < 4; ++i) {
+    const SegmentRecord& segment = mesh.segments()[static_cast<std::size_t>(i)];
+    EXPECT_EQ(gaps.Differs(mesh, i), segment.a == corner || segment.b == corner) << i;
+  }
+  // From the corner as it was to (1, 0) and (0, 1).
+  EXPECT_EQ(gaps.DifferenceTo(mesh), (BoundingBox{{0, 0}, {1, 1}}));
+  EXPECT_EQ(BoundaryGaps(mesh).DifferenceTo(mesh), std::nullopt);
 }
 
 }  // namespace
