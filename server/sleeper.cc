@@ -11,6 +11,8 @@ namespace pliant::server {
 namespace {
 
 constexpr std::chrono::seconds kInterval{1};
+/// Between two glances at what the process holds, which cost microseconds.
+constexpr std::chrono::milliseconds kGlanceInterval{100};
 /// Share of the limit that is freed besides, where it was exceeded: the choice looks at every
 /// session, so that it should be made once for many that grow.
 constexpr std::int64_t kSpareShare = 16;
@@ -18,6 +20,9 @@ constexpr std::int64_t kSpareShare = 16;
 /// Share of the limit that is left to what comes between two measurements: sessions that wake and
 /// grow, and the holes that they leave in the allocator's memory.
 constexpr std::int64_t kMarginShare = 4;
+/// Share of the limit within which the process is so near to it that it does not wait for the next
+/// measurement.
+constexpr std::int64_t kNearShare = 8;
 
 std::int64_t UsableOf(const Sleeper::Policy& policy) {
   const std::int64_t limit = policy.memory_bytes_max;
@@ -83,27 +88,44 @@ void Sleeper::Measure() {
   budget_.SetBesides(std::max<std::int64_t>(policy_.resident() - budget_.used(), 0));
 }
 
+bool Sleeper::IsNearLimit() const {
+  const std::int64_t limit = policy_.memory_bytes_max;
+  return limit > 0 && policy_.resident && policy_.resident() > limit - limit / kNearShare;
+}
+
+void Sleeper::Look() {
+  // What was chosen before sleeps by now, or nearly. It is no reason to send more to sleep as long
+  // as the allocator has it.
+  if (has_freed_) {
+    ReturnFreedMemory();
+    has_freed_ = false;
+  }
+  Measure();
+  SendToSleep();
+}
+
+void Sleeper::SendToSleep() {
+  for (const std::shared_ptr<Session>& session : Choose()) {
+    session->RequestSleep();
+    has_freed_ = true;
+  }
+}
+
 void Sleeper::Work() {
   std::unique_lock lock(mutex_);
-  bool has_freed = false;
-  Clock::Time returned{};
+  Clock::Time looked{};
   while (!stopping_) {
-    wake_.wait_for(lock, kInterval, [this] { return stopping_ || is_over_; });
+    wake_.wait_for(lock, kGlanceInterval, [this] { return stopping_ || is_over_; });
     if (stopping_) return;
-    is_over_ = false;
+    const bool is_over = std::exchange(is_over_, false);
     lock.unlock();
-    // What was chosen before sleeps by now, or nearly; seldom, because it looks at all memory.
     const Clock::Time now = clock_.Now();
-    if (has_freed && now - returned >= kInterval) {
-      ReturnFreedMemory();
-      returned = now;
-      has_freed = false;
-    }
-    // What sessions have freed and the allocator still has is no reason to send more to sleep.
-    if (!has_freed) Measure();
-    for (const std::shared_ptr<Session>& session : Choose()) {
-      session->RequestSleep();
-      has_freed = true;
+    // Seldom, because it goes through all memory and all sessions.
+    if (now - looked >= (IsNearLimit() ? kGlanceInterval : kInterval)) {
+      Look();
+      looked = now;
+    } else if (is_over) {
+      SendToSleep();
     }
     lock.lock();
   }

@@ -22,9 +22,9 @@ namespace pliant::server {
 ///
 /// What sessions say that they hold is an estimate, known at once; what the process holds, with all
 /// that is not a session's and all that the allocator cannot give back, is measured once a second
-/// and added to it.
+/// and added to it; ten times a second where it is near the limit.
 ///
-/// *Threads*: one of its own, which looks once a second, and when the budget is exceeded.
+/// *Threads*: one of its own, which looks at these times, and when the budget is exceeded.
 class Sleeper {
  public:
   struct Policy {
@@ -53,12 +53,16 @@ class Sleeper {
   void Measure();
 
  private:
+  [[nodiscard]] bool IsNearLimit() const;
+  void Look();
+  void SendToSleep();
   void Work();
 
   const Policy policy_;
   const SessionRegistry& registry_;
   const Clock& clock_;
   MemoryBudget budget_;
+  bool has_freed_ = false;  // The thread's own: sessions went to sleep since memory was returned.
 
   std::mutex mutex_;  // Guards all below; a leaf lock.
   std::condition_variable wake_;
