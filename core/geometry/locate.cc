@@ -24,12 +24,38 @@ constexpr std::int64_t kFarWalksPerRow = 16;
 
 std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
+/// A side of a triangle, seen from its lower end.
+struct Side {
+  std::int32_t upper;
+  std::int32_t triangle;
+  std::int32_t corner;
+};
+
+/// Sorts sides by their upper ends; those that are equal stay in their order. Nearly always they
+/// are few, and std::stable_sort gets memory for each of its calls.
+void SortByUpper(std::span<Side> sides) {
+  constexpr std::size_t kFew = 16;
+  if (sides.size() > kFew) {
+    std::ranges::stable_sort(sides, {}, &Side::upper);
+    return;
+  }
+  for (std::size_t i = 1; i < sides.size(); ++i) {
+    const Side side = sides[i];
+    std::size_t place = i;
+    for (; place > 0 && side.upper < sides[place - 1].upper; --place) {
+      sides[place] = sides[place - 1];
+    }
+    sides[place] = side;
+  }
+}
+
 }  // namespace
 
 TriangleLocator::TriangleLocator(std::vector<Vec2> points,
                                  const std::vector<std::array<std::int32_t, 3>>& triangles,
                                  const StopSignal* stop)
     : points_(std::move(points)),
+      box_(points_.empty() ? BoundingBox{} : BoxOf(points_)),
       lowest_triangle_(points_.size(), -1),
       row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(triangles.size())))),
       lazy_tree_(std::make_unique<LazyTree>()) {
@@ -73,17 +99,19 @@ Location TriangleLocator::WalkStraight(Vec2 p, std::int32_t start, std::int64_t 
     const std::array<Vec2, 3> to = {corners[0] - p, corners[1] - p, corners[2] - p};
     const std::array<double, 3> areas = {Cross(to[1], to[2]), Cross(to[2], to[0]),
                                          Cross(to[0], to[1])};
+    std::size_t side = areas[1] < areas[0] ? 1 : 0;
+    if (areas[2] < areas[side]) side = 2;
+    if (areas[side] < 0) {
+      const std::int32_t next = neighbors(at)[side];
+      if (next < 0) break;
+      at = next;
+      continue;
+    }
     const bool inside = internal::MarginOfOrient2d(corners[1], corners[2], p) > 0 &&
                         internal::MarginOfOrient2d(corners[2], corners[0], p) > 0 &&
                         internal::MarginOfOrient2d(corners[0], corners[1], p) > 0;
-    if (inside) {
-      return {.triangle = at, .weights = WeightsFromAreas(corners, p, areas), .inside = true};
-    }
-    std::size_t side = areas[1] < areas[0] ? 1 : 0;
-    if (areas[2] < areas[side]) side = 2;
-    const std::int32_t next = areas[side] < 0 ? neighbors(at)[side] : -1;
-    if (next < 0) break;
-    at = next;
+    if (!inside) break;
+    return {.triangle = at, .weights = WeightsFromAreas(corners, p, areas), .inside = true};
   }
   return {.triangle = at, .weights = {}, .inside = false};
 }
@@ -171,11 +199,6 @@ std::vector<std::array<std::int32_t, 3>> FindNeighbors(
     const StopSignal* stop) {
   // Sides are put in buckets by their lower end and sorted by the upper end inside each, so that
   // the two sides of an edge become neighbours in the list.
-  struct Side {
-    std::int32_t upper;
-    std::int32_t triangle;
-    std::int32_t corner;
-  };
   const auto ends = [](const std::array<std::int32_t, 3>& triangle, std::size_t corner) {
     return std::minmax({triangle[(corner + 1) % 3], triangle[(corner + 2) % 3]});
   };
@@ -203,7 +226,7 @@ std::vector<std::array<std::int32_t, 3>> FindNeighbors(
   for (std::size_t v = 0; v + 1 < first.size(); ++v) {
     if (stopped()) return {};
     const std::span<Side> bucket(sides.data() + first[v], first[v + 1] - first[v]);
-    std::ranges::stable_sort(bucket, {}, &Side::upper);
+    SortByUpper(bucket);
     for (std::size_t i = 0; i + 1 < bucket.size(); ++i) {
       const Side& a = bucket[i];
       const Side& b = bucket[i + 1];

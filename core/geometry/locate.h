@@ -11,6 +11,7 @@
 #include "core/base/lazy.h"
 #include "core/base/prefetch.h"
 #include "core/base/stop_signal.h"
+#include "core/geometry/bounding_box.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/vec2.h"
 
@@ -45,6 +46,8 @@ class TriangleLocator {
                   const StopSignal* stop = nullptr);
 
   [[nodiscard]] std::span<const Vec2> points() const { return points_; }
+  /// Of all points.
+  [[nodiscard]] const BoundingBox& box() const { return box_; }
   [[nodiscard]] std::int32_t triangle_count() const {
     return static_cast<std::int32_t>(links_.size());
   }
@@ -97,6 +100,7 @@ class TriangleLocator {
   [[nodiscard]] const BoxTree& Tree() const;
 
   std::vector<Vec2> points_;
+  BoundingBox box_;
   std::vector<Links> links_;
   std::vector<std::int32_t> lowest_triangle_;  ///< Of each point; -1 for a point of no triangle.
   std::int64_t row_ = 0;                 ///< The root of the number of triangles: a way across.

@@ -220,4 +220,9 @@ Metric BackgroundField::At(Vec2 p, std::int32_t& hint) const {
   return Exp(mean);
 }
 
+std::optional<Metric> BackgroundField::Probe(Vec2 p, std::int32_t& hint) const {
+  if (!Meet(locator_.box(), {p, p})) return std::nullopt;
+  return At(p, hint);
+}
+
 }  // namespace pliant

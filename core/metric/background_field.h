@@ -43,6 +43,10 @@ class BackgroundField final : public MetricField {
   /// @par Cost  a walk of a few triangles from a good hint, two exponentials.
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
 
+  /// Nothing outside the box around the mesh: where a point is not in the mesh, the search for the
+  /// nearest one makes a tree of boxes first, which takes longer than to follow a new metric.
+  [[nodiscard]] std::optional<Metric> Probe(Vec2 p, std::int32_t& hint) const override;
+
   void PrefetchHint(std::int32_t hint) const override { locator_.Prefetch(hint); }
   void PrefetchBehindHint(std::int32_t hint) const override;
 

@@ -97,6 +97,16 @@ TEST(BackgroundField, HoldsTheNearestValueOutside) {
   EXPECT_LT(Difference(Ask(*field, {-5, -1}), Linear({0, 0})), 1e-12);
 }
 
+TEST(BackgroundField, IsNotLookedForOutsideItsBox) {
+  const auto field = BackgroundField::Make(Example(4), {}).value();
+  std::int32_t hint = MetricField::kNoHint;
+  EXPECT_FALSE(field->Probe({0.3, 1.01}, hint).has_value());
+  EXPECT_FALSE(field->Probe({-0.01, 0.5}, hint).has_value());
+  for (const Vec2 p : {Vec2{0.3, 0.7}, Vec2{1, 1}}) {
+    EXPECT_EQ(field->Probe(p, hint), field->At(p, hint));
+  }
+}
+
 TEST(BackgroundField, KeepsTheBoundsInBetween) {
   BackgroundMetric metric = Example(3);
   Rng rng(1996);
