@@ -27,29 +27,21 @@ constexpr double kRimOfBand = 1.5;
 
 class Carrier {
  public:
-  Carrier(MeshEdit& edit, const MetricField& field, double tolerance)
-      : edit_(edit), mesh_(edit.mesh()), field_(field), tolerance_(tolerance) {}
+  Carrier(MeshEdit& edit, const MetricField& field, const CarryOptions& options)
+      : edit_(edit),
+        mesh_(edit.mesh()),
+        field_(field),
+        tolerance_(options.tolerance),
+        signal_(options.stop),
+        stopped_(options.stop) {}
 
-  CarriedUpdate Run(WantedTensors wanted) {
+  std::optional<CarriedUpdate> Run(WantedTensors wanted) {
     CarriedUpdate update{.wanted = std::move(wanted), .disturbed = {}};
     const std::vector<std::size_t> changed = ChangedOf(update.wanted);
-    if (changed.size() < kChangedMin) return update;
-    const std::optional<Vec2> shift = FindShift(SamplesOf(update.wanted, changed), field_);
-    if (!shift) return update;
-    shift_ = *shift;
-    ChooseCarried(update.wanted, changed);
-    if (static_cast<double>(carried_.size()) <
-        kCarriedShare * static_cast<double>(changed.size())) {
-      return update;
-    }
-    CloseRanks();
-    std::vector<Displacement> list;
-    list.reserve(carried_.size());
-    for (const Carried& one : carried_) {
-      list.push_back({one.vertex, mesh_.position(one.vertex) + shift_});
-    }
-    std::optional<Displaced> displaced = Displace(edit_, list);
-    if (displaced) Report(*std::move(displaced), update);
+    const bool carries = changed.size() >= kChangedMin && FindCarried(update.wanted, changed);
+    if (carries) CloseRanks();
+    if (signal_ != nullptr && signal_->asked()) return std::nullopt;
+    if (carries) Move(update);
     return update;
   }
 
@@ -63,10 +55,31 @@ class Carrier {
 
   [[nodiscard]] bool Moves(VertexId vertex) const { return moves_[vertex.index()]; }
 
+  /// True if enough of what changes can be carried.
+  bool FindCarried(const WantedTensors& wanted, const std::vector<std::size_t>& changed) {
+    const std::optional<Vec2> shift = FindShift(SamplesOf(wanted, changed), field_, signal_);
+    if (!shift) return false;
+    shift_ = *shift;
+    ChooseCarried(wanted, changed);
+    return static_cast<double>(carried_.size()) >=
+           kCarriedShare * static_cast<double>(changed.size());
+  }
+
+  void Move(CarriedUpdate& update) {
+    std::vector<Displacement> list;
+    list.reserve(carried_.size());
+    for (const Carried& one : carried_) {
+      list.push_back({one.vertex, mesh_.position(one.vertex) + shift_});
+    }
+    std::optional<Displaced> displaced = Displace(edit_, list);
+    if (displaced) Report(*std::move(displaced), update);
+  }
+
   /// Places in `wanted` of the vertices that could move and whose metric changes.
-  [[nodiscard]] std::vector<std::size_t> ChangedOf(const WantedTensors& wanted) const {
+  [[nodiscard]] std::vector<std::size_t> ChangedOf(const WantedTensors& wanted) {
     std::vector<std::size_t> changed;
     for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
+      if (stopped_()) break;
       const VertexId vertex = wanted.vertices[i];
       if (!IsDisplaceable(mesh_, vertex)) continue;
       const Metric& old = mesh_.metric(vertex);
@@ -97,6 +110,7 @@ class Carrier {
     moves_.assign(static_cast<std::size_t>(mesh_.vertex_slots()), false);
     hint_ = mesh_.hint(wanted.vertices[changed.front()]);
     for (const std::size_t i : changed) {
+      if (stopped_()) return;
       const VertexId vertex = wanted.vertices[i];
       const Metric& old = mesh_.metric(vertex);
       const std::optional<Metric> ahead = MetricAhead(vertex);
@@ -119,13 +133,14 @@ class Carrier {
   void CloseRanks() {
     std::vector<VertexId> waiting;
     std::erase_if(carried_, [&](const Carried& one) {
+      if (stopped_()) return false;
       const auto moving = CountMoving(one.vertex);
       const bool alone = 4 * moving <= std::ssize(star_.ring());
       if (alone) moves_[one.vertex.index()] = false;
       if (!alone && moving < std::ssize(star_.ring())) AddRestingNeighbors(waiting);
       return alone;
     });
-    while (!waiting.empty()) {
+    while (!waiting.empty() && !stopped_()) {
       const VertexId vertex = waiting.back();
       waiting.pop_back();
       if (Moves(vertex) || !IsDisplaceable(mesh_, vertex)) continue;
@@ -191,6 +206,8 @@ class Carrier {
   const Mesh& mesh_;
   const MetricField& field_;
   const double tolerance_;
+  const StopSignal* const signal_;
+  StopPoll stopped_;
   Vec2 shift_;
   std::int32_t hint_ = 0;
   std::vector<Carried> carried_;
@@ -201,9 +218,9 @@ class Carrier {
 
 }  // namespace
 
-CarriedUpdate CarryAlong(MeshEdit& edit, const MetricField& field, WantedTensors wanted,
-                         double tolerance) {
-  return Carrier(edit, field, tolerance).Run(std::move(wanted));
+std::optional<CarriedUpdate> CarryAlong(MeshEdit& edit, const MetricField& field,
+                                        WantedTensors wanted, const CarryOptions& options) {
+  return Carrier(edit, field, options).Run(std::move(wanted));
 }
 
 }  // namespace pliant

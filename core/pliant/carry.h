@@ -1,7 +1,9 @@
 #pragma once
 
+#include <optional>
 #include <vector>
 
+#include "core/base/stop_signal.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/metric/metric_field.h"
 #include "core/pliant/followed_metric.h"
@@ -16,6 +18,11 @@ struct CarriedUpdate {
   std::int64_t removed_count = 0;   ///< Vertices that they ran over.
 };
 
+struct CarryOptions {
+  double tolerance = 0;              ///< Options::metric_tolerance
+  const StopSignal* stop = nullptr;  ///< Asked until vertices begin to move; null: nobody.
+};
+
 /// Moves the vertices of a zone whose metric changes along with the metric, where that has moved as
 /// a whole: afterwards most of them have the tensor again that they had, and their triangles the
 /// shape, so that the loop has little to do there. What they run over is removed, and the cavity
@@ -26,9 +33,10 @@ struct CarriedUpdate {
 /// blocked, nothing happens; every triangle stays positive in any case.
 /// @param field      the metric to be followed from now on
 /// @param wanted     its tensors at the vertices
-/// @param tolerance  Options::metric_tolerance
+/// @return nothing if it was stopped: then nobody has moved
 /// @par Cost O(k log k) for k vertices that change
-[[nodiscard]] CarriedUpdate CarryAlong(MeshEdit& edit, const MetricField& field,
-                                       WantedTensors wanted, double tolerance);
+[[nodiscard]] std::optional<CarriedUpdate> CarryAlong(MeshEdit& edit, const MetricField& field,
+                                                      WantedTensors wanted,
+                                                      const CarryOptions& options);
 
 }  // namespace pliant

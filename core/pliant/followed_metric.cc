@@ -105,6 +105,18 @@ Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
   return CheckDuplicates(vertices);
 }
 
+std::optional<FollowedMetric::Way> FollowedMetric::WayBack() const {
+  if (limits_.on() || state_.limits.any()) return std::nullopt;
+  return Way{state_, field_, base_};
+}
+
+void FollowedMetric::GoBack(Way way) {
+  PLIANT_CHECK(!limits_.on());
+  state_ = std::move(way.state);
+  field_ = std::move(way.field);
+  base_ = std::move(way.base);
+}
+
 Result<WantedTensors> FollowedMetric::Evaluate(const MetricField& field, const StopSignal* stop) {
   WantedTensors wanted{LiveVertices(mesh_), {}};
   wanted.tensors.reserve(wanted.vertices.size());
@@ -162,7 +174,7 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
                                                  std::span<const Metric> tensors,
                                                  const StopSignal* stop) {
   const bool has_raw = limits_.on() && committed();
-  if (state_.limits.any()) stop = nullptr;  // What was put into limits does not come out again.
+  if (state_.limits.any()) stop = nullptr;
   StopPoll stopped(stop);
   if (has_raw) limits_.Follow(*base_, *RawField());
   std::vector<Metric> bounded;

@@ -46,6 +46,13 @@ class FollowedMetric {
     int limit_rounds_left = 0;
   };
 
+  /// What is followed, to come back to it.
+  struct Way {
+    State state;
+    std::shared_ptr<MetricField> field;
+    std::shared_ptr<FrozenMesh> base;
+  };
+
   /// @param tolerance  Options::metric_tolerance.
   FollowedMetric(MeshEdit& edit, double tolerance)
       : edit_(edit), mesh_(edit.mesh()), tolerance_(tolerance), limits_(edit) {}
@@ -60,6 +67,12 @@ class FollowedMetric {
   [[nodiscard]] bool Follows(const MetricSpec& spec) const {
     return state_.spec.has_value() && *state_.spec == spec;
   }
+
+  /// Leads back from SetField and SetTensors as long as the mesh has not changed. Nothing where
+  /// limits hold: what was put into them does not come out again.
+  [[nodiscard]] std::optional<Way> WayBack() const;
+  /// @pre no limits hold now
+  void GoBack(Way way);
 
   /// What a field wants at every vertex, for SetField. @par Cost O(mesh): a formula has to be asked
   /// at every vertex once, for nobody knows where it changed.
@@ -84,9 +97,8 @@ class FollowedMetric {
 
   /// Other tensors at some vertices from now on, bounds applied; the others keep theirs. Wants
   /// nothing if none differs from what is followed. @pre CheckTensors
-  /// @param stop  null: nobody; else kCancelled if it asks to, and nothing has changed. Where
-  /// limits
-  ///              hold it is not asked.
+  /// @param stop  null: nobody; else kCancelled if it asks to, and nothing has changed. Not asked
+  ///              where limits hold.
   /// @par Cost O(k + changed since the last commit); before the first commit O(mesh)
   [[nodiscard]] Result<WantedTensors> SetTensors(std::span<const VertexId> vertices,
                                                  std::span<const Metric> tensors,

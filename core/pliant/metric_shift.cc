@@ -52,7 +52,9 @@ constexpr std::array<Vec2, 16> kDirections = {{{1, 0},
 
 class ShiftSearch {
  public:
-  ShiftSearch(std::span<const PlacedTensor> samples, const MetricField& field) : field_(field) {
+  ShiftSearch(std::span<const PlacedTensor> samples, const MetricField& field,
+              const StopSignal* stop)
+      : field_(field), stop_(stop) {
     low_ = high_ = samples.front().position;
     for (const PlacedTensor& sample : samples) {
       const Vec2 p = sample.position;
@@ -93,8 +95,9 @@ class ShiftSearch {
     return std::sqrt(d11 * d11 + 2 * d12 * d12 + d22 * d22);
   }
 
-  /// Mean difference over every `stride`-th place.
+  /// Mean difference over every `stride`-th place. Once stopped no shift is better than another.
   double Cost(Vec2 shift, std::size_t stride) {
+    if (stop_ != nullptr && stop_->asked()) return kDifferenceMax;
     double sum = 0;
     double count = 0;
     for (std::size_t i = 0; i < places_.size(); i += stride) {
@@ -196,6 +199,7 @@ class ShiftSearch {
   }
 
   const MetricField& field_;
+  const StopSignal* const stop_;
   std::vector<Place> places_;
   Vec2 low_;
   Vec2 high_;
@@ -203,9 +207,10 @@ class ShiftSearch {
 
 }  // namespace
 
-std::optional<Vec2> FindShift(std::span<const PlacedTensor> samples, const MetricField& field) {
+std::optional<Vec2> FindShift(std::span<const PlacedTensor> samples, const MetricField& field,
+                              const StopSignal* stop) {
   if (samples.empty()) return std::nullopt;
-  return ShiftSearch(samples, field).Run();
+  return ShiftSearch(samples, field, stop).Run();
 }
 
 }  // namespace pliant

@@ -3,6 +3,7 @@
 #include <optional>
 #include <span>
 
+#include "core/base/stop_signal.h"
 #include "core/geometry/vec2.h"
 #include "core/metric/metric.h"
 #include "core/metric/metric_field.h"
@@ -22,9 +23,11 @@ struct PlacedTensor {
 /// Looks in 16 directions at distances from the size of the samples' box down to 1/1000 of it, then
 /// refines the best by a compass search and Gauss-Newton steps on the logarithms of the tensors.
 /// @param samples  where the metric has changed; some dozens do
-/// @return nothing if no shift explains most of the change
+/// @param stop  who may end the search; null: nobody
+/// @return nothing if no shift explains most of the change, or if it was stopped
 /// @par Cost some thousand questions to the field
 [[nodiscard]] std::optional<Vec2> FindShift(std::span<const PlacedTensor> samples,
-                                            const MetricField& field);
+                                            const MetricField& field,
+                                            const StopSignal* stop = nullptr);
 
 }  // namespace pliant

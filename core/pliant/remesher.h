@@ -94,8 +94,8 @@ class Remesher {
   void UseHelpers(const Helpers& helpers);
 
   /// Who may end SetMetric, SetField and SetTensors before they take the metric over, from now on:
-  /// they then return kCancelled, and everything is as it was. What follows, some tens of ns a
-  /// vertex, is not interrupted, nor are limits once they are laid.
+  /// they then return kCancelled, and everything is as it was. What follows, moving vertices along
+  /// and waking those whose tensors differ, is not interrupted, nor are limits.
   /// @param stop  not owned; null: nobody
   void ListenTo(const StopSignal* stop);
 

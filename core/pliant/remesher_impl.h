@@ -87,7 +87,10 @@ class Remesher::Impl {
   void LeaveNestedBuild();
   Status LetMetricFollow();
   Status LimitAgain();
-  void Apply(WantedTensors wanted);
+  [[nodiscard]] const StopSignal* StopOfWhole() const;
+  Status ApplyOrGoBack(WantedTensors wanted, const StopSignal* stop,
+                       std::optional<FollowedMetric::Way> way);
+  Status Apply(WantedTensors wanted, const StopSignal* stop);
   void ChangeInBulk();
 
   MeshDiff CommitMesh();

@@ -41,12 +41,13 @@ Status Remesher::Impl::SetSpec(const MetricSpec& spec) {
 
 Status Remesher::Impl::SetField(std::unique_ptr<MetricField> field, const MetricSpec* spec) {
   PLIANT_ASSIGN_OR_RETURN(WantedTensors raw, followed_.Evaluate(*field, stop_));
+  const StopSignal* const stop = StopOfWhole();
   LeaveNestedBuild();
   carriers_.clear();  // Another field replaces what they carried.
+  auto way = followed_.WayBack();
   PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted,
                           followed_.SetField(std::move(field), spec, std::move(raw)));
-  Apply(std::move(wanted));
-  return {};
+  return ApplyOrGoBack(std::move(wanted), stop, std::move(way));
 }
 
 Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
@@ -54,13 +55,27 @@ Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
   const std::vector<VertexId> all = given.empty() ? LiveVertices(mesh_) : std::vector<VertexId>();
   const std::span<const VertexId> vertices = given.empty() ? std::span(all) : given;
   PLIANT_RETURN_IF_ERROR(followed_.CheckTensors(vertices, tensors, stop_));
-  // What comes next may change something already.
-  const StopSignal* const stop = nested_ || !carriers_.empty() ? nullptr : stop_;
+  const StopSignal* const stop = StopOfWhole();
   LeaveNestedBuild();
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
+  auto way = followed_.WayBack();
   PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.SetTensors(vertices, tensors, stop));
-  if (!wanted.vertices.empty()) Apply(std::move(wanted));
-  return {};
+  if (wanted.vertices.empty()) return {};
+  return ApplyOrGoBack(std::move(wanted), stop, std::move(way));
+}
+
+/// Who may stop the rest of a metric update: nobody if that begins with what cannot be taken back.
+const StopSignal* Remesher::Impl::StopOfWhole() const {
+  return nested_ || !carriers_.empty() ? nullptr : stop_;
+}
+
+/// Applies what a metric update wants, or goes back to what was followed before.
+Status Remesher::Impl::ApplyOrGoBack(WantedTensors wanted, const StopSignal* stop,
+                                     std::optional<FollowedMetric::Way> way) {
+  const bool may_stop = way.has_value() && !followed_.limits().on();
+  const Status applied = Apply(std::move(wanted), may_stop ? stop : nullptr);
+  if (!applied.ok()) followed_.GoBack(*std::move(way));
+  return applied;
 }
 
 Status Remesher::Impl::Change(MeshChange& change) {
@@ -88,7 +103,7 @@ Status Remesher::Impl::Change(MeshChange& change) {
   for (const VertexId vertex : wanted.vertices) {
     wanted.tensors.push_back(followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
   }
-  Apply(std::move(wanted));
+  PLIANT_RETURN_IF_ERROR(Apply(std::move(wanted), nullptr));
   for (const VertexId vertex : outcome->disturbed) loop_.Wake(vertex);
   carriers_ = std::move(outcome->carriers);
   return {};
@@ -221,8 +236,8 @@ Status Remesher::Impl::LetMetricFollow() {
   tensors.reserve(carriers.size());
   for (const VertexId vertex : carriers) tensors.push_back(mesh_.metric(vertex));
   PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.Carry(carriers, tensors));
-  if (!wanted.vertices.empty()) Apply(std::move(wanted));
-  return {};
+  if (wanted.vertices.empty()) return {};
+  return Apply(std::move(wanted), nullptr);
 }
 
 /// The loop has come to rest. Limits the metric on the mesh that it made, as often as that wakes
@@ -231,35 +246,45 @@ Status Remesher::Impl::LetMetricFollow() {
 Status Remesher::Impl::LimitAgain() {
   if (!followed_.limits_again()) return {};
   PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.Limit());
-  Apply(std::move(wanted));
+  PLIANT_RETURN_IF_ERROR(Apply(std::move(wanted), nullptr));
   if (loop_.active_count() == 0) followed_.EndRounds();
   return {};
 }
 
 /// Takes over tensors that differ by more than the tolerance, and wakes their nodes. Smaller
 /// changes leave the old tensor in place, so that many of them add up and are seen at last.
-void Remesher::Impl::Apply(WantedTensors wanted) {
-  loop_.BeginUpdate(SettingsOf(options_));
+/// @param stop  null: nobody; else kCancelled if it asks to before anything has changed
+Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop) {
   std::vector<VertexId> disturbed;
+  std::int64_t carried_count = 0;
   // Only a mesh at rest, at the beginning of an update: later there is nothing left to carry.
   if (edit_.committed() != Revision::kNone && edit_.log().empty() &&
       options_.variant != Variant::kPaper && options_.permissions == Permissions{}) {
-    CarriedUpdate carried =
-        CarryAlong(edit_, followed_.field(), std::move(wanted), options_.metric_tolerance);
-    wanted = std::move(carried.wanted);
-    disturbed = std::move(carried.disturbed);
-    if (carried.carried_count > 0) {
-      followed_.MeshMoved();
-      loop_.InsertLess();
-    }
+    auto carried = CarryAlong(edit_, followed_.field(), std::move(wanted),
+                              {.tolerance = options_.metric_tolerance, .stop = stop});
+    if (!carried) return Stopped();
+    wanted = std::move(carried->wanted);
+    disturbed = std::move(carried->disturbed);
+    carried_count = carried->carried_count;
   }
+  StopPoll stopped(carried_count > 0 ? nullptr : stop);
+  std::vector<std::size_t> others;
   for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
-    if (!followed_.Differs(mesh_.metric(wanted.vertices[i]), wanted.tensors[i])) continue;
+    if (stopped()) return Stopped();
+    if (followed_.Differs(mesh_.metric(wanted.vertices[i]), wanted.tensors[i])) others.push_back(i);
+  }
+  loop_.BeginUpdate(SettingsOf(options_));
+  if (carried_count > 0) {
+    followed_.MeshMoved();
+    loop_.InsertLess();
+  }
+  for (const std::size_t i : others) {
     edit_.SetMetric(wanted.vertices[i], wanted.tensors[i]);
     loop_.Wake(wanted.vertices[i]);
     rewoken_.push_back(wanted.vertices[i]);
   }
   for (const VertexId vertex : disturbed) loop_.Wake(vertex);
+  return {};
 }
 
 }  // namespace pliant

@@ -59,7 +59,8 @@ TEST(CarryAlong, TakesAFrontWhereItWent) {
   const auto field = testing::ShockCase(kNodes, 0.42).field;
   Copy copy(session->mesh(), *field);
   const Mesh& mesh = copy.target->mesh;
-  const CarriedUpdate update = CarryAlong(copy.target->edit, *field, copy.wanted, kTolerance);
+  const CarriedUpdate update =
+      *CarryAlong(copy.target->edit, *field, copy.wanted, {.tolerance = kTolerance});
   EXPECT_GT(update.carried_count, mesh.vertex_count() / 3);
   EXPECT_LT(update.removed_count, mesh.vertex_count() / 8);
   EXPECT_EQ(Faults(mesh), "");
@@ -111,7 +112,8 @@ TEST(CarryAlong, LeavesFarVerticesWithOldTensorsWhereTheyAre) {
     copy.target->edit.SetMetric(vertex, 1.07 * copy.wanted.tensors[i]);
     far.push_back(vertex);
   }
-  const CarriedUpdate update = CarryAlong(copy.target->edit, *field, copy.wanted, kTolerance);
+  const CarriedUpdate update =
+      *CarryAlong(copy.target->edit, *field, copy.wanted, {.tolerance = kTolerance});
   EXPECT_GT(update.carried_count, mesh.vertex_count() / 5);
   EXPECT_EQ(Faults(mesh), "");
   ASSERT_GT(far.size(), 300U);
@@ -128,7 +130,8 @@ TEST(CarryAlong, LeavesOtherChangesAlone) {
   const auto check = [&](const testing::Case& now) {
     Copy copy(session->mesh(), *now.field);
     const Copy same(session->mesh(), *now.field);
-    const CarriedUpdate update = CarryAlong(copy.target->edit, *now.field, copy.wanted, kTolerance);
+    const CarriedUpdate update =
+        *CarryAlong(copy.target->edit, *now.field, copy.wanted, {.tolerance = kTolerance});
     EXPECT_EQ(update.carried_count, 0);
     EXPECT_EQ(update.wanted.tensors, copy.wanted.tensors);
     EXPECT_TRUE(update.disturbed.empty());

@@ -27,11 +27,14 @@ Helpers SmallBlocks(Executor* executor) {
   return Helpers(executor, {.nodes_min = 1'000, .nodes_per_block = 300});
 }
 
-std::unique_ptr<Remesher> Start(double nodes, Executor* executor = nullptr) {
-  testing::Case from = testing::GaussianCase(nodes);
+std::unique_ptr<Remesher> Start(testing::Case from, Executor* executor = nullptr) {
   auto remesher = Remesher::Create(from.domain, std::move(from.field), {}).value();
   remesher->UseHelpers(SmallBlocks(executor));
   return remesher;
+}
+
+std::unique_ptr<Remesher> Start(double nodes, Executor* executor = nullptr) {
+  return Start(testing::GaussianCase(nodes), executor);
 }
 
 void Settle(Remesher& remesher) {
@@ -96,10 +99,11 @@ int UpdateWithStops(Remesher& remesher, const Update& update) {
   }
 }
 
+/// @param undisturbed, stopped  twins
 template <class Update>
-void ExpectSameBitsWithStops(const Update& update, int stops_min) {
-  const auto undisturbed = Start(12'000);
-  const auto stopped = Start(12'000);
+void ExpectSameBitsWithStops(std::unique_ptr<Remesher> undisturbed,
+                             std::unique_ptr<Remesher> stopped, const Update& update,
+                             int stops_min) {
   Settle(*undisturbed);
   Settle(*stopped);
   ASSERT_TRUE(update(*undisturbed).ok());
@@ -107,6 +111,11 @@ void ExpectSameBitsWithStops(const Update& update, int stops_min) {
   Settle(*undisturbed);
   Settle(*stopped);
   EXPECT_EQ(stopped->Snapshot().summary, undisturbed->Snapshot().summary);
+}
+
+template <class Update>
+void ExpectSameBitsWithStops(const Update& update, int stops_min) {
+  ExpectSameBitsWithStops(Start(12'000), Start(12'000), update, stops_min);
 }
 
 TEST(Interrupted, TensorsAreTakenOverWholeOrNotAtAll) {
@@ -137,6 +146,14 @@ TEST(Interrupted, ABackgroundMeshIsTakenOverWholeOrNotAtAll) {
   ExpectSameBitsWithStops(
       [&](Remesher& remesher) { return remesher.SetMetric({.source = background}); },
       /*stops_min=*/20);
+}
+
+TEST(Interrupted, AFrontIsCarriedAlongOrNotAtAll) {
+  constexpr double kNodes = 3'000;
+  ExpectSameBitsWithStops(
+      Start(testing::ShockCase(kNodes, 0.4)), Start(testing::ShockCase(kNodes, 0.4)),
+      [](Remesher& remesher) { return remesher.SetField(testing::ShockCase(kNodes, 0.42).field); },
+      /*stops_min=*/200);
 }
 
 }  // namespace
