@@ -119,6 +119,13 @@ Metric Exp(const LogMetric& l) {
   return Compose(spectrum, Exp(spectrum.low), Exp(spectrum.high));
 }
 
+double LogDistance(const LogMetric& a, const LogMetric& b) {
+  const double d11 = a.l11 - b.l11;
+  const double d12 = a.l12 - b.l12;
+  const double d22 = a.l22 - b.l22;
+  return std::sqrt(d11 * d11 + 2 * d12 * d12 + d22 * d22);
+}
+
 Metric LogEuclideanMean(const Metric& a, const Metric& b, double t) {
   return Exp((1 - t) * Log(a) + t * Log(b));
 }

@@ -113,6 +113,10 @@ struct LogMetric {
 [[nodiscard]] LogMetric Log(const Metric& m);
 [[nodiscard]] Metric Exp(const LogMetric& l);
 
+/// The Frobenius norm of a - b: how unlike two tensors are, whatever the units and axes.
+/// [Arsigny2006]
+[[nodiscard]] double LogDistance(const LogMetric& a, const LogMetric& b);
+
 /// The log-Euclidean mean exp((1-t) log a + t log b). @pre both positive definite; t in [0, 1]
 [[nodiscard]] Metric LogEuclideanMean(const Metric& a, const Metric& b, double t);
 

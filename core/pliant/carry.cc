@@ -4,6 +4,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/mesh/frozen_mesh.h"
 #include "core/mesh/place_map.h"
 #include "core/mesh/star.h"
 #include "core/pliant/displace.h"
@@ -16,6 +17,9 @@ namespace {
 constexpr std::size_t kChangedMin = 1500;
 /// Vertices that are asked for the shift.
 constexpr std::size_t kSamples = 96;
+/// At most this share of the differences between new and old tensors may be left where the new ones
+/// are compared with the old ones from where they came.
+constexpr double kHasCome = 0.3;
 /// At least this share of what changes must be carried.
 constexpr double kCarriedShare = 0.5;
 /// A vertex is carried if that leaves this share of the change of its tensor, or less.
@@ -60,9 +64,28 @@ class Carrier {
     const std::optional<Vec2> shift = FindShift(SamplesOf(wanted, changed), field_, signal_);
     if (!shift) return false;
     shift_ = *shift;
+    if (!HasCome(wanted, changed)) return false;
     ChooseCarried(wanted, changed);
     return static_cast<double>(carried_.size()) >=
            kCarriedShare * static_cast<double>(changed.size());
+  }
+
+  /// True if what the metric has become was there before, one shift back. Where it was not,
+  /// something has appeared rather than moved: then every shift that leads out of it explains what
+  /// has become of the old tensors, and whoever goes along leaves where more vertices are wanted.
+  [[nodiscard]] bool HasCome(const WantedTensors& wanted,
+                             const std::vector<std::size_t>& changed) const {
+    FrozenMesh before(edit_);
+    double all = 0;
+    double left = 0;
+    for (const std::size_t i : SampleOf(changed)) {
+      const VertexId vertex = wanted.vertices[i];
+      const LogMetric now = Log(wanted.tensors[i]);
+      std::int32_t hint = mesh_.vertex(vertex).triangle.value();
+      all += LogDistance(now, Log(mesh_.metric(vertex)));
+      left += LogDistance(now, before.LogAt(mesh_.position(vertex) - shift_, hint));
+    }
+    return left < kHasCome * all;
   }
 
   void Move(CarriedUpdate& update) {
@@ -90,11 +113,19 @@ class Carrier {
     return changed;
   }
 
+  [[nodiscard]] static std::vector<std::size_t> SampleOf(const std::vector<std::size_t>& changed) {
+    std::vector<std::size_t> sample;
+    for (std::size_t k = 0; k < kSamples; ++k) {
+      sample.push_back(changed[k * changed.size() / kSamples]);
+    }
+    return sample;
+  }
+
   [[nodiscard]] std::vector<PlacedTensor> SamplesOf(const WantedTensors& wanted,
                                                     const std::vector<std::size_t>& changed) const {
     std::vector<PlacedTensor> samples;
-    for (std::size_t k = 0; k < kSamples; ++k) {
-      const VertexId vertex = wanted.vertices[changed[k * changed.size() / kSamples]];
+    for (const std::size_t i : SampleOf(changed)) {
+      const VertexId vertex = wanted.vertices[i];
       samples.push_back({mesh_.position(vertex), mesh_.metric(vertex), mesh_.hint(vertex)});
     }
     return samples;

@@ -88,13 +88,6 @@ class ShiftSearch {
     return Log(*metric);
   }
 
-  static double Difference(const LogMetric& a, const LogMetric& b) {
-    const double d11 = a.l11 - b.l11;
-    const double d12 = a.l12 - b.l12;
-    const double d22 = a.l22 - b.l22;
-    return std::sqrt(d11 * d11 + 2 * d12 * d12 + d22 * d22);
-  }
-
   /// Mean difference over every `stride`-th place. Once stopped no shift is better than another.
   double Cost(Vec2 shift, std::size_t stride) {
     if (stop_ != nullptr && stop_->asked()) return kDifferenceMax;
@@ -102,7 +95,7 @@ class ShiftSearch {
     double count = 0;
     for (std::size_t i = 0; i < places_.size(); i += stride) {
       const std::optional<LogMetric> log = LogAt(places_[i], shift);
-      sum += log ? std::min(kDifferenceMax, Difference(*log, places_[i].log)) : kDifferenceMax;
+      sum += log ? std::min(kDifferenceMax, LogDistance(*log, places_[i].log)) : kDifferenceMax;
       ++count;
     }
     return sum / count;
@@ -175,7 +168,7 @@ class ShiftSearch {
       const auto right = LogAt(place, at + Vec2{delta, 0});
       const auto up = LogAt(place, at + Vec2{0, delta});
       if (!here || !right || !up) continue;
-      const double difference = Difference(*here, place.log);
+      const double difference = LogDistance(*here, place.log);
       if (difference > 1) continue;
       const double weight = 1 / std::max(difference, 1e-3);
       const LogMetric gone = place.log + (-1) * *here;

@@ -171,6 +171,17 @@ TEST(LogMetric, IsTheLogarithmOfTheEigenvalues) {
   EXPECT_NEAR(turned.l12, 2.5, 1e-13);
 }
 
+TEST(LogDistance, ComparesSizesByTheirRatio) {
+  const LogMetric fine = Log(Metric::Isotropic(0.1));
+  const LogMetric coarse = Log(Metric::Isotropic(0.2));
+  EXPECT_EQ(LogDistance(fine, fine), 0);
+  EXPECT_NEAR(LogDistance(fine, coarse), std::sqrt(2.0) * std::log(4.0), 1e-14);
+  EXPECT_EQ(LogDistance(fine, coarse), LogDistance(coarse, fine));
+  // Twice as fine along one axis, whichever that is.
+  const LogMetric turned = Log(MetricFromAxes({0.2, 0.1, {0.6, 0.8}}));
+  EXPECT_NEAR(LogDistance(turned, coarse), std::log(4.0), 1e-13);
+}
+
 TEST(LogEuclideanMean, IsGeometricAndReachesTheEnds) {
   const Metric middle = LogEuclideanMean(Metric::Isotropic(0.1), Metric::Isotropic(10), 0.5);
   EXPECT_NEAR(middle.m11, 1, 1e-14);

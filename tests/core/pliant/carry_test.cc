@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "core/mesh/export_mesh.h"
+#include "core/metric/function_field.h"
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
 #include "tests/support/cases.h"
@@ -45,6 +46,7 @@ struct Copy {
       wanted.tensors.push_back(field.At(target->mesh.position(vertex), hint));
       before.push_back(target->mesh.position(vertex));
     }
+    (void)target->edit.Commit(Revision(1));
   }
 
   std::unique_ptr<testing::EditedMesh> target;
@@ -140,6 +142,27 @@ TEST(CarryAlong, LeavesOtherChangesAlone) {
   check(testing::ShockCase(2 * kNodes, 0.4));
   check(testing::ShockCase(kNodes, 0.4001));
   check(testing::DiagonalCase(kNodes));
+}
+
+// Goal: where something appears that was nowhere before, everybody stays, though each shift that
+// leads out of it finds the old tensors again.
+TEST(CarryAlong, StaysWhereSomethingAppears) {
+  constexpr double kSize = 0.015;
+  const auto uniform = [](Vec2) { return Metric::Isotropic(kSize); };
+  auto made = Remesher::Create(testing::Rectangle({0, 0}, {1, 1}),
+                               std::make_unique<FunctionField<decltype(uniform)>>(uniform), {});
+  ASSERT_TRUE(made.ok()) << made.error().message;
+  ASSERT_TRUE((*made)->Step({}).ok());
+  (void)(*made)->Commit();
+  const FunctionField dented([](Vec2 p) {
+    return Metric::Isotropic(Length(p - Vec2{0.5, 0.5}) < 0.4 ? 0.5 * kSize : kSize);
+  });
+  Copy copy((*made)->mesh(), dented);
+  const Copy same((*made)->mesh(), dented);
+  const CarriedUpdate update =
+      *CarryAlong(copy.target->edit, dented, copy.wanted, {.tolerance = kTolerance});
+  EXPECT_EQ(update.carried_count, 0);
+  EXPECT_EQ(testing::DifferenceOf(copy.target->mesh, same.target->mesh), "");
 }
 
 // Goal: a session gains from it: few visits, most of the front's vertices carried, and a rollback
