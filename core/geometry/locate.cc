@@ -54,15 +54,21 @@ void SortByUpper(std::span<Side> sides) {
 TriangleLocator::TriangleLocator(std::vector<Vec2> points,
                                  const std::vector<std::array<std::int32_t, 3>>& triangles,
                                  const StopSignal* stop)
-    : points_(std::move(points)),
+    : TriangleLocator([&] {
+        const auto point_count = static_cast<std::int32_t>(points.size());
+        return LinkedTriangles{std::move(points), triangles,
+                               FindNeighbors(triangles, point_count, stop)};
+      }()) {}
+
+TriangleLocator::TriangleLocator(LinkedTriangles linked)
+    : points_(std::move(linked.points)),
       box_(points_.empty() ? BoundingBox{} : BoxOf(points_)),
       lowest_triangle_(points_.size(), -1),
-      row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(triangles.size())))),
+      row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(linked.triangles.size())))),
       lazy_tree_(std::make_unique<LazyTree>()) {
+  const auto& [points, triangles, neighbors] = linked;
   PLIANT_CHECK(!triangles.empty());
-  const std::vector<std::array<std::int32_t, 3>> neighbors =
-      FindNeighbors(triangles, static_cast<std::int32_t>(points_.size()), stop);
-  if (neighbors.empty()) return;
+  if (neighbors.empty()) return;  // Stopped.
   links_.reserve(triangles.size());
   for (std::size_t t = 0; t < triangles.size(); ++t) links_.push_back({triangles[t], neighbors[t]});
   for (std::size_t t = triangles.size(); t-- > 0;) {

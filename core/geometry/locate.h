@@ -25,6 +25,14 @@ struct Location {
   bool inside = false;  ///< True if the point lies in the triangulation, its boundary included.
 };
 
+/// A triangulation of which each triangle knows its neighbours.
+struct LinkedTriangles {
+  std::vector<Vec2> points;
+  std::vector<std::array<std::int32_t, 3>> triangles;  ///< Corners, counter-clockwise.
+  /// Of each triangle, those across the sides opposite its corners; -1 where there is none.
+  std::vector<std::array<std::int32_t, 3>> neighbors;
+};
+
 /// Finds points in a fixed triangulation, which need be neither convex nor connected nor Delaunay.
 ///
 /// *Invariants*: the answer depends on the point and the triangulation only, never on the hint or
@@ -44,6 +52,8 @@ class TriangleLocator {
   TriangleLocator(std::vector<Vec2> points,
                   const std::vector<std::array<std::int32_t, 3>>& triangles,
                   const StopSignal* stop = nullptr);
+  /// The same where the neighbours are known. @par Cost O(n)
+  explicit TriangleLocator(LinkedTriangles linked);
 
   [[nodiscard]] std::span<const Vec2> points() const { return points_; }
   /// Of all points.

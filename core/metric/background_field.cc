@@ -152,16 +152,24 @@ Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundM
                                                                const SizeBounds& bounds,
                                                                const StopSignal* stop) {
   PLIANT_RETURN_IF_ERROR(CheckMesh(metric.mesh, stop));
-  return OfValid(metric, bounds, stop);
-}
-
-Result<std::unique_ptr<BackgroundField>> BackgroundField::OfValid(const BackgroundMetric& metric,
-                                                                  const SizeBounds& bounds,
-                                                                  const StopSignal* stop) {
   PLIANT_ASSIGN_OR_RETURN(std::vector<LogMetric> logs, TakeLogs(metric, bounds, stop));
   TriangleLocator locator(metric.mesh.points, metric.mesh.triangles, stop);
   if (stop != nullptr && stop->asked()) return Stopped();
   return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
+}
+
+std::unique_ptr<BackgroundField> BackgroundField::OfValid(LinkedTriangles mesh,
+                                                          std::span<const Metric> tensors,
+                                                          const StopSignal* stop) {
+  StopPoll stopped(stop);
+  std::vector<LogMetric> logs;
+  logs.reserve(tensors.size());
+  for (const Metric& tensor : tensors) {
+    if (stopped()) return nullptr;
+    logs.push_back(Log(tensor));
+  }
+  return std::unique_ptr<BackgroundField>(
+      new BackgroundField(TriangleLocator(std::move(mesh)), std::move(logs)));
 }
 
 std::unique_ptr<BackgroundField> BackgroundField::Restore(

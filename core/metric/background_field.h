@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/base/result.h"
@@ -30,9 +31,11 @@ class BackgroundField final : public MetricField {
   [[nodiscard]] static Result<std::unique_ptr<BackgroundField>> Make(
       const BackgroundMetric& metric, const SizeBounds& bounds, const StopSignal* stop = nullptr);
 
-  /// The same of a mesh that is known to be valid, and is not checked again.
-  [[nodiscard]] static Result<std::unique_ptr<BackgroundField>> OfValid(
-      const BackgroundMetric& metric, const SizeBounds& bounds, const StopSignal* stop = nullptr);
+  /// The same of a mesh and positive definite tensors that need no check and no bounds.
+  /// @param stop  null: nobody; else nothing comes back if it asks to.
+  [[nodiscard]] static std::unique_ptr<BackgroundField> OfValid(LinkedTriangles mesh,
+                                                                std::span<const Metric> tensors,
+                                                                const StopSignal* stop = nullptr);
 
   /// The same from the logarithms of bounded tensors, as Save wrote them: nothing is computed anew.
   /// Nothing where the arrays fit no field.

@@ -57,6 +57,13 @@ class Carrier {
     std::int32_t hint = 0;
   };
 
+  /// What the new metric has where a vertex would come to lie.
+  struct Ahead {
+    std::optional<Metric> tensor;
+    std::int32_t hint = MetricField::kNoHint;
+    bool asked = false;
+  };
+
   [[nodiscard]] bool Moves(VertexId vertex) const { return moves_[vertex.index()]; }
 
   /// True if enough of what changes can be carried.
@@ -131,32 +138,72 @@ class Carrier {
     return samples;
   }
 
-  /// The new metric where a vertex would come to lie.
-  [[nodiscard]] std::optional<Metric> MetricAhead(VertexId vertex) {
-    // Vertices come in order of slot, which keeps neighbours together.
-    return field_.Probe(mesh_.position(vertex) + shift_, hint_);
-  }
-
   void ChooseCarried(const WantedTensors& wanted, const std::vector<std::size_t>& changed) {
     moves_.assign(static_cast<std::size_t>(mesh_.vertex_slots()), false);
-    hint_ = mesh_.hint(wanted.vertices[changed.front()]);
-    for (const std::size_t i : changed) {
+    const std::vector<Ahead> aheads = LookAhead(wanted, changed);
+    for (std::size_t k = 0; k < changed.size(); ++k) {
       if (stopped_()) return;
+      const std::size_t i = changed[k];
       const VertexId vertex = wanted.vertices[i];
       const Metric& old = mesh_.metric(vertex);
-      const std::optional<Metric> ahead = MetricAhead(vertex);
+      const std::optional<Metric>& ahead = aheads[k].tensor;
       if (!ahead) continue;
       if (!(RelativeChange(wanted.tensors[i], *ahead) > kRimOfBand * tolerance_)) continue;
       const double left = RelativeChange(old, *ahead);
       if (left <= std::max(tolerance_, kChangeLeft * RelativeChange(old, wanted.tensors[i]))) {
-        Carry(vertex, *ahead);
+        Carry(vertex, aheads[k]);
       }
     }
   }
 
-  void Carry(VertexId vertex, const Metric& ahead) {
+  /// What the new metric has one shift ahead of what changes. A field of triangles walks from one
+  /// answer to the next, which is a matter of one or two triangles from neighbour to neighbour.
+  std::vector<Ahead> LookAhead(const WantedTensors& wanted,
+                               const std::vector<std::size_t>& changed) {
+    const auto vertex_of = [&](std::size_t k) { return wanted.vertices[changed[k]]; };
+    std::vector<Ahead> aheads(changed.size());
+    const bool walks = FieldWalks(vertex_of(0));
+    PlaceMap place_of(mesh_.vertex_slots());
+    for (std::size_t k = 0; walks && k < changed.size(); ++k) {
+      place_of.Add(vertex_of(k), static_cast<std::int32_t>(k));
+    }
+    std::vector<std::size_t> waiting;
+    for (std::size_t first = 0; first < changed.size(); ++first) {
+      if (aheads[first].asked) continue;
+      aheads[first] = {{}, mesh_.hint(vertex_of(first)), true};
+      waiting.push_back(first);
+      while (!waiting.empty() && !stopped_()) {
+        const std::size_t k = waiting.back();
+        waiting.pop_back();
+        Ask(aheads[k], vertex_of(k));
+        if (!walks) continue;
+        star_.Gather(mesh_, vertex_of(k));
+        for (const VertexId other : star_.ring()) {
+          const std::int32_t place = place_of.At(other);
+          if (place == PlaceMap::kNone || aheads[static_cast<std::size_t>(place)].asked) continue;
+          aheads[static_cast<std::size_t>(place)] = {{}, aheads[k].hint, true};
+          waiting.push_back(static_cast<std::size_t>(place));
+        }
+      }
+    }
+    return aheads;
+  }
+
+  void Ask(Ahead& ahead, VertexId vertex) const {
+    ahead.tensor = field_.Probe(mesh_.position(vertex) + shift_, ahead.hint);
+  }
+
+  /// True if the field finds answers by way of hints.
+  [[nodiscard]] bool FieldWalks(VertexId vertex) const {
+    std::int32_t hint = MetricField::kNoHint;
+    (void)field_.At(mesh_.position(vertex), hint);
+    return hint != MetricField::kNoHint;
+  }
+
+  /// @pre ahead.tensor
+  void Carry(VertexId vertex, const Ahead& ahead) {
     moves_[vertex.index()] = true;
-    carried_.push_back({vertex, ahead, hint_});
+    carried_.push_back({vertex, *ahead.tensor, ahead.hint});
   }
 
   /// Lets the carried ones be one piece: who is surrounded by them is carried too, whatever becomes
@@ -176,10 +223,10 @@ class Carrier {
       waiting.pop_back();
       if (Moves(vertex) || !IsDisplaceable(mesh_, vertex)) continue;
       if (2 * CountMoving(vertex) <= std::ssize(star_.ring())) continue;
-      hint_ = mesh_.hint(vertex);
-      const std::optional<Metric> ahead = MetricAhead(vertex);
-      if (!ahead) continue;
-      Carry(vertex, *ahead);
+      Ahead ahead{.tensor = {}, .hint = mesh_.hint(vertex)};
+      Ask(ahead, vertex);
+      if (!ahead.tensor) continue;
+      Carry(vertex, ahead);
       AddRestingNeighbors(waiting);
     }
     place_of_ = PlaceMap(mesh_.vertex_slots());
@@ -240,7 +287,6 @@ class Carrier {
   const StopSignal* const signal_;
   StopPoll stopped_;
   Vec2 shift_;
-  std::int32_t hint_ = 0;
   std::vector<Carried> carried_;
   std::vector<bool> moves_;  // By slot.
   PlaceMap place_of_;        // In carried_.

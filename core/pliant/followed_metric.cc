@@ -6,7 +6,7 @@
 #include <utility>
 #include <variant>
 
-#include "core/mesh/export_mesh.h"
+#include "core/mesh/linked_triangles.h"
 #include "core/mesh/slot_rows.h"
 #include "core/metric/background_field.h"
 #include "core/metric/tensor_smoothing.h"
@@ -284,25 +284,23 @@ std::shared_ptr<MetricField> FollowedMetric::CopyWith(const WantedTensors& other
   for (std::size_t i = 0; i < others.vertices.size(); ++i) {
     tensors[row_of[others.vertices[i].index()]] = others.tensors[i];
   }
-  return CopyOf(std::move(tensors), stop);
+  return CopyOf(tensors, stop);
 }
 
 /// The mesh as a background mesh with these tensors. The mesh is valid, and so are they. Hints
 /// become those of the copy, which numbers triangles in order of slot: the first question of every
 /// vertex would else walk there from anywhere. Null if it was stopped.
-std::shared_ptr<MetricField> FollowedMetric::CopyOf(std::vector<Metric> tensors,
+std::shared_ptr<MetricField> FollowedMetric::CopyOf(std::span<const Metric> tensors,
                                                     const StopSignal* stop) const {
-  auto copy = BackgroundField::OfValid({ExportMesh(mesh_).data, std::move(tensors)}, {}, stop);
-  if (!copy.ok()) return nullptr;
-  std::vector<std::int32_t> rank_of(static_cast<std::size_t>(mesh_.triangle_slots()));
-  std::int32_t rank = 0;
-  for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) {
-    if (mesh_.triangle(TriangleId(t)).live) rank_of[static_cast<std::size_t>(t)] = rank++;
-  }
+  MeshTriangles triangles = LinkTriangles(mesh_, stop);
+  if (stop != nullptr && stop->asked()) return nullptr;
+  std::shared_ptr<MetricField> copy =
+      BackgroundField::OfValid(std::move(triangles.linked), tensors, stop);
+  if (copy == nullptr) return nullptr;
   for (const VertexId vertex : LiveVertices(mesh_)) {
-    edit_.Hint(vertex) = rank_of[mesh_.vertex(vertex).triangle.index()];
+    edit_.Hint(vertex) = triangles.rank_of[mesh_.vertex(vertex).triangle.index()];
   }
-  return std::move(copy).value();
+  return copy;
 }
 
 Result<WantedTensors> FollowedMetric::Limit() {

@@ -174,7 +174,7 @@ class FollowedMetric {
   void FollowCommitted();
   [[nodiscard]] std::shared_ptr<MetricField> CopyWith(const WantedTensors& others,
                                                       const StopSignal* stop) const;
-  [[nodiscard]] std::shared_ptr<MetricField> CopyOf(std::vector<Metric> tensors,
+  [[nodiscard]] std::shared_ptr<MetricField> CopyOf(std::span<const Metric> tensors,
                                                     const StopSignal* stop) const;
 
   MeshEdit& edit_;

@@ -73,7 +73,7 @@ const StopSignal* Remesher::Impl::StopOfWhole() const {
 Status Remesher::Impl::ApplyOrGoBack(WantedTensors wanted, const StopSignal* stop,
                                      std::optional<FollowedMetric::Way> way) {
   const bool may_stop = way.has_value() && !followed_.limits().on();
-  const Status applied = Apply(std::move(wanted), may_stop ? stop : nullptr);
+  Status applied = Apply(std::move(wanted), may_stop ? stop : nullptr);
   if (!applied.ok()) followed_.GoBack(*std::move(way));
   return applied;
 }

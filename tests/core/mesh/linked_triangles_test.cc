@@ -1,0 +1,41 @@
+#include "core/mesh/linked_triangles.h"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "core/mesh/export_mesh.h"
+#include "tests/support/mesh_testing.h"
+
+namespace pliant {
+namespace {
+
+// Goal: the triangles are those of ExportMesh, and the neighbours those that FindNeighbors finds by
+// their sides. Method: a mesh with holes in its numbering, after random edits.
+TEST(LinkTriangles, AreThoseOfTheMeshWithTheirNeighbors) {
+  const auto made = testing::ImportedMesh(testing::GridData(12, 9));
+  testing::RandomEditor editor(*made, /*seed=*/7);
+  for (int round = 0; round < 20; ++round) {
+    for (int i = 0; i < 30; ++i) (void)editor.Step();
+    const ExportedMesh exported = ExportMesh(made->mesh);
+    const MeshTriangles triangles = LinkTriangles(made->mesh);
+    ASSERT_EQ(triangles.linked.points, exported.data.points) << "seed 7, round " << round;
+    ASSERT_EQ(triangles.linked.triangles, exported.data.triangles);
+    ASSERT_EQ(triangles.linked.neighbors,
+              FindNeighbors(exported.data.triangles,
+                            static_cast<std::int32_t>(exported.data.points.size())));
+    for (std::size_t rank = 0; rank < exported.triangle_ids.size(); ++rank) {
+      ASSERT_EQ(triangles.rank_of[exported.triangle_ids[rank].index()],
+                static_cast<std::int32_t>(rank));
+    }
+  }
+}
+
+TEST(LinkTriangles, CanBeStopped) {
+  const auto made = testing::ImportedMesh(testing::GridData(12, 9));
+  const StopFlag stop(true);
+  EXPECT_TRUE(LinkTriangles(made->mesh, &stop).linked.triangles.empty());
+}
+
+}  // namespace
+}  // namespace pliant
