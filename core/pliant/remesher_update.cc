@@ -10,6 +10,10 @@
 namespace pliant {
 namespace {
 
+/// Bulk changes look at all nodes that woke before they change thousands of them; of more nodes
+/// than these that takes longer than a cancel may wait, and the loop does the work.
+constexpr std::size_t kBulkNodesMax = std::size_t{1} << 16;
+
 bool Ended(StopReason reason) {
   return reason == StopReason::kConverged || reason == StopReason::kVertexLimit;
 }
@@ -205,7 +209,7 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
 /// Not before a step: until then a request may name vertices of the last revision, and all of them.
 void Remesher::Impl::ChangeInBulk() {
   std::vector<VertexId> nodes = std::exchange(rewoken_, {});
-  if (revision_ == Revision::kNone || nodes.empty()) return;
+  if (revision_ == Revision::kNone || nodes.empty() || nodes.size() > kBulkNodesMax) return;
   loop_.ThinOut(nodes);
   loop_.HalveLongEdges(followed_.field(), std::move(nodes));
 }
