@@ -319,15 +319,16 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
   }
   Star star;
   while (!queue.empty()) {
-    const auto [distance, vertex, source] = queue.Pop();
+    const NearestFirst::Entry nearest = queue.Pop();
+    const VertexId vertex = nearest.vertex;
     Reached& here = reached[static_cast<std::size_t>(place_of.At(vertex))];
     if (here.done) continue;
     here.done = true;
     const VertexRecord& record = mesh.vertex(vertex);
-    if (distance > 0) {
+    if (nearest.distance > 0) {
       // What lies behind another wall does not belong to the layer.
       if (record.edge.valid() || record.fixed || record.frozen) continue;
-      const Mover& leader = movers_[source];
+      const Mover& leader = movers_[nearest.source];
       movers_.push_back({vertex, record.position, record.position + (leader.to - leader.from),
                          leader.shape, false});
     }
@@ -336,9 +337,10 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
       for (const VertexId neighbor : star.ring()) {
         // Half of them are; a distance costs more than a look at the table.
         if (reached[place(neighbor)].done) continue;
-        const double next = distance + Distance(record.position, record.metric,
-                                                mesh.position(neighbor), mesh.metric(neighbor));
-        if (next <= request_.follow_length) reach(next, neighbor, source);
+        const double next =
+            nearest.distance + Distance(record.position, record.metric, mesh.position(neighbor),
+                                        mesh.metric(neighbor));
+        if (next <= request_.follow_length) reach(next, neighbor, nearest.source);
       }
     };
     if (!record.pinched) {
