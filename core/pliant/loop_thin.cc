@@ -52,24 +52,25 @@ class PliantLoop::Thinning {
  private:
   enum class Fate : std::uint8_t { kOpen, kStays, kGoes };
 
-  void Keep(VertexId node) {
+  /// @return false, and nothing, if the node is none of these or its fate is known
+  bool Decide(VertexId node, Fate fate) {
     const std::int32_t place = place_of_.At(node);
-    if (place == PlaceMap::kNone) return;
-    Fate& fate = fates_[static_cast<std::size_t>(place)];
-    if (fate != Fate::kOpen) return;
-    fate = Fate::kStays;
-    kept_.push_back(node);
+    if (place == PlaceMap::kNone) return false;
+    Fate& known = fates_[static_cast<std::size_t>(place)];
+    if (known != Fate::kOpen) return false;
+    known = fate;
+    return true;
+  }
+
+  void Keep(VertexId node) {
+    if (Decide(node, Fate::kStays)) kept_.push_back(node);
   }
 
   /// Lets the neighbours of a kept node go, and keeps who lies straight behind them.
   void Spread(VertexId node) {
     star_.Gather(mesh_, node);
     for (const VertexId neighbor : star_.ring()) {
-      const std::int32_t place = place_of_.At(neighbor);
-      if (place == PlaceMap::kNone) continue;
-      Fate& fate = fates_[static_cast<std::size_t>(place)];
-      if (fate != Fate::kOpen) continue;
-      fate = Fate::kGoes;
+      if (!Decide(neighbor, Fate::kGoes)) continue;
       gone_.push_back(neighbor);
       between_.push_back(neighbor);
     }
