@@ -337,40 +337,5 @@ TEST(ReplaceDomain, CanBeUndoneAndGoesOnMoving) {
   EXPECT_NEAR(Area(remesher->mesh()), 0.98, 1e-12);
 }
 
-/// Gives the mesh of a domain with short segments another domain, without them.
-void ReplaceShortSegments(const Domain& with, const Domain& without) {
-  MetricSpec spec;
-  spec.source = SizeMetric{"0.1"};
-  spec.gradation = {.gradation = 1.5, .geometry = 1};
-  auto made = Remesher::Create(with, spec, {});
-  ASSERT_TRUE(made.ok()) << made.error().message;
-  Remesher& remesher = **made;
-  Finish(remesher);
-  (void)remesher.Commit();
-  EXPECT_GT(remesher.metric_report().geometry_count, 0);
-  const auto report = ReplaceDomain(remesher, without);
-  ASSERT_TRUE(report.ok()) << report.error().message;
-  Finish(remesher);
-  (void)remesher.Commit();
-  EXPECT_EQ(remesher.metric_report().geometry_count, 0);
-  EXPECT_EQ(remesher.metric_report().gradation_count, 0);
-}
-
-// Goal: a short segment limits sizes as long as it is there: not those of the vertices that it
-// leaves behind, on the boundary or inside.
-TEST(ReplaceDomain, ForgetsTheSizesOfShortSegmentsThatAreGone) {
-  const Domain square = testing::Rectangle({0, 0}, {1, 1});
-  Domain notched = square;
-  notched.points.insert(notched.points.end(), {{0.5, 0}, {0.51, 0}});
-  notched.segments[0].b = 4;
-  notched.segments.push_back({4, 5, 1});
-  notched.segments.push_back({5, 1, 1});
-  ReplaceShortSegments(notched, square);
-  Domain lined = square;
-  lined.points.insert(lined.points.end(), {{0.5, 0.5}, {0.51, 0.5}});
-  lined.segments.push_back({4, 5, 1});
-  ReplaceShortSegments(lined, square);
-}
-
 }  // namespace
 }  // namespace pliant

@@ -243,6 +243,31 @@ TEST(MeshLimits, LimitTheSizeAtShortSegments) {
   EXPECT_EQ(limits.Limited(VertexId(1)), Metric::Isotropic(0.5)) << "the far end of the segment";
 }
 
+// Goal: a point that is given no more has the size that it wants again, though neither it nor any
+// triangle has moved.
+TEST(MeshLimits, ForgetShortSegmentsAtVerticesThatAreGivenNoMore) {
+  Domain domain;
+  domain.points = {{0, 0}, {1, 0}, {1, 0.05}, {1, 1}, {0, 1}};
+  for (std::int32_t i = 0; i < 5; ++i) domain.segments.push_back({i, (i + 1) % 5, 1});
+  const auto made = testing::DomainMesh(domain);
+  MeshLimits limits(made->edit);
+  limits.Load({.gradation = 1.5, .geometry = 1}, testing::LiveVertices(made->mesh),
+              std::vector<Metric>(5, Metric::Isotropic(0.5)));
+  (void)limits.Update();
+  (void)made->edit.Commit(Revision(1));
+  (void)limits.Commit();
+  ASSERT_EQ(limits.report().geometry_count, 2);
+  const FunctionField wanted([](Vec2) { return Metric::Isotropic(0.5); });
+  for (const std::int32_t v : {1, 2}) {
+    FrozenMesh base(made->edit);
+    made->edit.Unfix(VertexId(v));
+    limits.Follow(base, wanted);
+    (void)limits.Update();
+    EXPECT_EQ(limits.report().geometry_count, 2 - v);
+  }
+  EXPECT_EQ(limits.Limited(VertexId(1)), Metric::Isotropic(0.5));
+}
+
 // Goal: sizes at a gap leave room for as many elements as asked, growth leads on from there, and
 // when the far side goes away they let go again, at vertices that have not moved.
 TEST(MeshLimits, LimitTheSizeInGaps) {
