@@ -19,20 +19,22 @@ using Directed = std::pair<VertexId, VertexId>;
 class CavityFiller {
  public:
   CavityFiller(MeshEdit& edit, const std::vector<TriangleId>& cavity,
-               const std::function<bool(VertexId)>& keeps)
-      : edit_(edit), mesh_(edit.mesh()), cavity_(cavity), keeps_(keeps) {
+               const std::function<bool(VertexId)>& keeps, std::span<const VertexId> leaving)
+      : edit_(edit), mesh_(edit.mesh()), cavity_(cavity), keeps_(keeps), leaving_(leaving) {
     std::sort(cavity_.begin(), cavity_.end());
     cavity_.erase(std::unique(cavity_.begin(), cavity_.end()), cavity_.end());
   }
 
   std::optional<Retriangulated> Run() {
     FindWalls();
+    for (std::size_t k = 0; k < leaving_.size(); ++k) TakeOffWall(k);
     FindPoints();
     if (!MakeDomain()) return std::nullopt;
     const Result<DomainTriangulation> filled = TriangulateDomain(domain_);
     if (!filled.ok()) return std::nullopt;
     std::optional<std::vector<NewTriangle>> triangles = Inside(*filled);
     if (!triangles || !covers_all()) return std::nullopt;
+    for (const VertexId vertex : leaving_) edit_.MergeEdges(vertex);
     edit_.ReplaceCavity(cavity_, *triangles);
     for (const VertexId vertex : gone_) edit_.RemoveVertex(vertex);
     return Retriangulated{gone_, points_};
@@ -57,6 +59,28 @@ class CavityFiller {
     }
   }
 
+  /// Makes the two edges at the k-th leaving vertex one wall, on each side that the cavity has.
+  void TakeOffWall(std::size_t k) {
+    const VertexId vertex = leaving_[k];
+    const auto has_left = [&](VertexId other) {
+      const auto left = leaving_.first(k);
+      return std::find(left.begin(), left.end(), other) != left.end();
+    };
+    VertexId a = vertex;
+    VertexId b = vertex;
+    do a = mesh_.edge(mesh_.SegmentEdges(a)[0]).vertices[0];
+    while (has_left(a));
+    do b = mesh_.edge(mesh_.SegmentEdges(b)[1]).vertices[1];
+    while (has_left(b));
+    for (const auto& [from, to] : {Directed{a, b}, Directed{b, a}}) {
+      const auto first = walls_.find({from, vertex});
+      if (first == walls_.end()) continue;
+      walls_.emplace(Directed{from, to}, first->second);
+      walls_.erase(first);
+      walls_.erase({vertex, to});
+    }
+  }
+
   void FindPoints() {
     std::vector<VertexId> corners;
     for (const TriangleId id : cavity_) {
@@ -72,9 +96,10 @@ class CavityFiller {
     }
     std::sort(on_walls.begin(), on_walls.end());
     for (const VertexId vertex : corners) {
-      const bool stays = std::binary_search(on_walls.begin(), on_walls.end(), vertex) ||
-                         mesh_.vertex(vertex).fixed || mesh_.vertex(vertex).frozen ||
-                         keeps_(vertex);
+      const bool leaves = std::find(leaving_.begin(), leaving_.end(), vertex) != leaving_.end();
+      const bool stays =
+          !leaves && (std::binary_search(on_walls.begin(), on_walls.end(), vertex) ||
+                      mesh_.vertex(vertex).fixed || mesh_.vertex(vertex).frozen || keeps_(vertex));
       (stays ? points_ : gone_).push_back(vertex);
     }
   }
@@ -161,6 +186,7 @@ class CavityFiller {
   const Mesh& mesh_;
   std::vector<TriangleId> cavity_;
   const std::function<bool(VertexId)>& keeps_;
+  const std::span<const VertexId> leaving_;
   std::map<Directed, std::int32_t> walls_;
   std::vector<VertexId> points_;
   std::vector<VertexId> gone_;
@@ -173,8 +199,9 @@ class CavityFiller {
 
 std::optional<Retriangulated> RetriangulateCavity(MeshEdit& edit,
                                                   const std::vector<TriangleId>& cavity,
-                                                  const std::function<bool(VertexId)>& keeps) {
-  return CavityFiller(edit, cavity, keeps).Run();
+                                                  const std::function<bool(VertexId)>& keeps,
+                                                  std::span<const VertexId> leaving) {
+  return CavityFiller(edit, cavity, keeps, leaving).Run();
 }
 
 }  // namespace pliant

@@ -9,6 +9,7 @@
 #include "core/mesh/star.h"
 #include "core/pliant/displace.h"
 #include "core/pliant/metric_shift.h"
+#include "core/pliant/slide.h"
 
 namespace pliant {
 namespace {
@@ -53,12 +54,14 @@ class Carrier {
   /// A vertex that is carried, and what it will want then.
   struct Carried {
     VertexId vertex;
+    Vec2 to;
     Metric tensor;
     std::int32_t hint = 0;
   };
 
   /// What the new metric has where a vertex would come to lie.
   struct Ahead {
+    Vec2 place;
     std::optional<Metric> tensor;
     std::int32_t hint = MetricField::kNoHint;
     bool asked = false;
@@ -98,9 +101,7 @@ class Carrier {
   void Move(CarriedUpdate& update) {
     std::vector<Displacement> list;
     list.reserve(carried_.size());
-    for (const Carried& one : carried_) {
-      list.push_back({one.vertex, mesh_.position(one.vertex) + shift_});
-    }
+    for (const Carried& one : carried_) list.push_back({one.vertex, one.to});
     std::optional<Displaced> displaced = Displace(edit_, list);
     if (displaced) Report(*std::move(displaced), update);
   }
@@ -111,7 +112,7 @@ class Carrier {
     for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
       if (stopped_()) break;
       const VertexId vertex = wanted.vertices[i];
-      if (!IsDisplaceable(mesh_, vertex)) continue;
+      if (!IsDisplaceable(mesh_, vertex) && !IsSlidable(mesh_, vertex)) continue;
       const Metric& old = mesh_.metric(vertex);
       if (!(wanted.tensors[i] == old) && RelativeChange(old, wanted.tensors[i]) > tolerance_) {
         changed.push_back(i);
@@ -170,7 +171,7 @@ class Carrier {
     std::vector<std::size_t> waiting;
     for (std::size_t first = 0; first < changed.size(); ++first) {
       if (aheads[first].asked) continue;
-      aheads[first] = {{}, mesh_.hint(vertex_of(first)), true};
+      aheads[first] = {{}, {}, mesh_.hint(vertex_of(first)), true};
       waiting.push_back(first);
       while (!waiting.empty() && !stopped_()) {
         const std::size_t k = waiting.back();
@@ -181,7 +182,7 @@ class Carrier {
         for (const VertexId other : star_.ring()) {
           const std::int32_t place = place_of.At(other);
           if (place == PlaceMap::kNone || aheads[static_cast<std::size_t>(place)].asked) continue;
-          aheads[static_cast<std::size_t>(place)] = {{}, aheads[k].hint, true};
+          aheads[static_cast<std::size_t>(place)] = {{}, {}, aheads[k].hint, true};
           waiting.push_back(static_cast<std::size_t>(place));
         }
       }
@@ -190,7 +191,10 @@ class Carrier {
   }
 
   void Ask(Ahead& ahead, VertexId vertex) const {
-    ahead.tensor = field_.Probe(mesh_.position(vertex) + shift_, ahead.hint);
+    const std::optional<Vec2> place = PlaceAfter(mesh_, vertex, shift_);
+    if (!place) return;
+    ahead.place = *place;
+    ahead.tensor = field_.Probe(*place, ahead.hint);
   }
 
   /// True if the field finds answers by way of hints.
@@ -203,7 +207,7 @@ class Carrier {
   /// @pre ahead.tensor
   void Carry(VertexId vertex, const Ahead& ahead) {
     moves_[vertex.index()] = true;
-    carried_.push_back({vertex, *ahead.tensor, ahead.hint});
+    carried_.push_back({vertex, ahead.place, *ahead.tensor, ahead.hint});
   }
 
   /// Lets the carried ones be one piece: who is surrounded by them is carried too, whatever becomes
@@ -221,9 +225,9 @@ class Carrier {
     while (!waiting.empty() && !stopped_()) {
       const VertexId vertex = waiting.back();
       waiting.pop_back();
-      if (Moves(vertex) || !IsDisplaceable(mesh_, vertex)) continue;
+      if (Moves(vertex) || !PlaceAfter(mesh_, vertex, shift_)) continue;
       if (2 * CountMoving(vertex) <= std::ssize(star_.ring())) continue;
-      Ahead ahead{.tensor = {}, .hint = mesh_.hint(vertex)};
+      Ahead ahead{.place = {}, .tensor = {}, .hint = mesh_.hint(vertex)};
       Ask(ahead, vertex);
       if (!ahead.tensor) continue;
       Carry(vertex, ahead);
@@ -250,6 +254,11 @@ class Carrier {
     }
   }
 
+  /// False for a vertex on a wall whose way was blocked.
+  [[nodiscard]] bool HasArrived(const Carried& one) const {
+    return mesh_.position(one.vertex) == one.to;
+  }
+
   void Report(Displaced displaced, CarriedUpdate& update) {
     WantedTensors& wanted = update.wanted;
     std::vector<bool> told(carried_.size(), false);
@@ -259,7 +268,7 @@ class Carrier {
       if (!mesh_.IsLive(vertex)) continue;
       const std::int32_t place = place_of_.At(vertex);
       Metric tensor = wanted.tensors[i];
-      if (place != PlaceMap::kNone) {
+      if (place != PlaceMap::kNone && HasArrived(carried_[static_cast<std::size_t>(place)])) {
         const auto k = static_cast<std::size_t>(place);
         tensor = carried_[k].tensor;
         edit_.Hint(vertex) = carried_[k].hint;
@@ -271,7 +280,7 @@ class Carrier {
     wanted.vertices.resize(kept);
     wanted.tensors.resize(kept);
     for (std::size_t k = 0; k < carried_.size(); ++k) {
-      if (told[k] || !mesh_.IsLive(carried_[k].vertex)) continue;
+      if (told[k] || !mesh_.IsLive(carried_[k].vertex) || !HasArrived(carried_[k])) continue;
       wanted.vertices.push_back(carried_[k].vertex);
       wanted.tensors.push_back(carried_[k].tensor);
     }

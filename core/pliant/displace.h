@@ -27,20 +27,26 @@ struct Displaced {
 /// True for a vertex of the interior that is neither given nor frozen.
 [[nodiscard]] bool IsDisplaceable(const Mesh& mesh, VertexId vertex);
 
+/// Where a vertex comes to lie that follows a displacement as far as it may: a displaceable one all
+/// the way, one inside a segment along it; nothing for others, which stay.
+[[nodiscard]] std::optional<Vec2> PlaceAfter(const Mesh& mesh, VertexId vertex, Vec2 by);
+
 /// Puts vertices elsewhere in one go. Those that they run over are removed, displaced ones that
 /// would leave the domain too, and the cavity that this leaves is triangulated, so that every
-/// triangle is positive.
-/// @param list  displaceable vertices, none twice
+/// triangle is positive. Vertices inside segments slide along them, and others there are run over
+/// in the same way, as long as none of them would change places.
+/// @param list  vertices that are displaceable or slidable, none twice
 /// @return nothing, and everyone where he was, if the cavity has no triangulation or is frozen
 /// @par Cost O(k log k) for k vertices
 [[nodiscard]] std::optional<Displaced> Displace(MeshEdit& edit, std::span<const Displacement> list);
 
 /// A displacement that a client sends with a metric, because it knows how a feature moves that the
-/// metric follows: a help, no order. Vertices on constrained edges and given ones stay; if the way
-/// is blocked, everyone stays. Tensors go along with their vertices, so that new tensors sent in
-/// the same revision are those of the vertices where they are then. Errors of Apply, with `field`
-/// "metric.displacements": kArrayLength, kIndexOutOfRange (not a live vertex), kDuplicateId,
-/// kNotFinite; index = position in the given span.
+/// metric follows: a help, no order. Given vertices stay, others on constrained edges slide along
+/// them where the displacement leads there; if the way is blocked, everyone stays. Tensors go along
+/// with their vertices, so that new tensors sent in the same revision are those of the vertices
+/// where they are then. Errors of Apply, with `field` "metric.displacements": kArrayLength,
+/// kIndexOutOfRange (not a live vertex), kDuplicateId, kNotFinite; index = position in the given
+/// span.
 class DisplaceVertices final : public MeshChange {
  public:
   /// @param by  one for each vertex, in domain units. Both must outlive this.
@@ -48,6 +54,7 @@ class DisplaceVertices final : public MeshChange {
       : vertices_(vertices), by_(by) {}
 
   Result<Outcome> Apply(MeshEdit& edit) override;
+  void Permit(const Permissions& permissions) override { slides_ = permissions.surface; }
 
   /// Vertices that were displaced; 0 if the way was blocked.
   [[nodiscard]] std::int64_t displaced_count() const { return displaced_count_; }
@@ -57,6 +64,7 @@ class DisplaceVertices final : public MeshChange {
 
   std::span<const VertexId> vertices_;
   std::span<const Vec2> by_;
+  bool slides_ = true;
   std::int64_t displaced_count_ = 0;
 };
 

@@ -5,6 +5,7 @@
 #include "core/base/ids.h"
 #include "core/base/result.h"
 #include "core/mesh/mesh_edit.h"
+#include "core/pliant/options.h"
 
 namespace pliant {
 
@@ -29,6 +30,9 @@ class MeshChange {
 
   /// True if the mesh will cover another domain, of which conservative fields know nothing yet.
   [[nodiscard]] virtual bool replaces_domain() const { return false; }
+
+  /// What the session permits its loop; a change that it need not be asked for keeps to it too.
+  virtual void Permit(const Permissions& /*permissions*/) {}
 
   /// Changes the mesh. On an error the caller undoes what was done; it may also undo what went
   /// well, to see whether it would, and ask again.

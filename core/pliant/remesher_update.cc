@@ -14,6 +14,10 @@ namespace {
 /// than these that takes longer than a cancel may wait, and the loop does the work.
 constexpr std::size_t kBulkNodesMax = std::size_t{1} << 16;
 
+/// And they look at nodes whose tensors have changed by more than this, relative: a change by less
+/// makes no good edge so long or so short that it is halved, or its ends thinned out.
+constexpr double kBulkChangeMin = 0.25;
+
 bool Ended(StopReason reason) {
   return reason == StopReason::kConverged || reason == StopReason::kVertexLimit;
 }
@@ -90,6 +94,7 @@ Status Remesher::Impl::Change(MeshChange& change) {
                  "domain"};
   }
   LeaveNestedBuild();
+  change.Permit(options_.permissions);
   if (!carriers_.empty()) {
     // What vertices carried along becomes the metric only now, and that may wake nodes: not for
     // the sake of a change that will be refused.
@@ -283,9 +288,10 @@ Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop) {
     loop_.InsertLess();
   }
   for (const std::size_t i : others) {
+    const double change = RelativeChange(mesh_.metric(wanted.vertices[i]), wanted.tensors[i]);
     edit_.SetMetric(wanted.vertices[i], wanted.tensors[i]);
     loop_.Wake(wanted.vertices[i]);
-    rewoken_.push_back(wanted.vertices[i]);
+    if (change > kBulkChangeMin) rewoken_.push_back(wanted.vertices[i]);
   }
   for (const VertexId vertex : disturbed) loop_.Wake(vertex);
   return {};

@@ -4,11 +4,14 @@
 
 #include <algorithm>
 #include <cstdint>
+#include <map>
+#include <utility>
 #include <vector>
 
 #include "core/mesh/star.h"
 #include "core/mesh/validate.h"
 #include "tests/support/cases.h"
+#include "tests/support/loop_mesh.h"
 #include "tests/support/mesh_testing.h"
 
 namespace pliant {
@@ -34,6 +37,43 @@ TEST(Cavity, LosesItsFreeVertices) {
   EXPECT_EQ(filled->corners.size(), 6U);
   EXPECT_EQ(Faults(grid->mesh), "");
   EXPECT_EQ(Area(grid->mesh), area);
+}
+
+// Goal: vertices inside a wall go if they are told to, several in a row too, and the edges at them
+// become one. Method: the bottom of a square, and a wall through it, which has a cavity on both
+// sides.
+TEST(Cavity, TakesVerticesOffWalls) {
+  for (const double y : {0.0, 0.5}) {
+    SCOPED_TRACE(y);
+    testing::Case square = testing::DiscCase(300, testing::DiscState::kOff);
+    square.domain.points = {{0, 0}, {1, 0}, {1, 0.5}, {1, 1}, {0, 1}, {0, 0.5}};
+    square.domain.segments.clear();
+    for (const auto& [a, b] : {std::pair(0, 1), {1, 2}, {2, 3}, {3, 4}, {4, 5}, {5, 0}, {5, 2}}) {
+      square.domain.segments.push_back({a, b, 0});
+    }
+    const auto made = testing::LoopMesh(std::move(square));
+    const Mesh& mesh = made->mesh;
+    std::map<double, VertexId> wall;
+    for (const VertexId vertex : testing::LiveVertices(mesh)) {
+      const Vec2 p = mesh.position(vertex);
+      if (p.y == y && mesh.vertex(vertex).edge.valid()) wall[p.x] = vertex;
+    }
+    std::vector<VertexId> along;
+    for (const auto& [x, vertex] : wall) along.push_back(vertex);
+    ASSERT_GT(along.size(), 10U);
+    const std::vector<VertexId> leaving = {along[4], along[3], along[6]};
+    std::vector<TriangleId> cavity;
+    for (const VertexId vertex : leaving) {
+      for (const TriangleId id : StarOf(mesh, vertex)) cavity.push_back(id);
+    }
+    const auto filled = RetriangulateCavity(made->edit, cavity, KeepsAll, leaving);
+    ASSERT_TRUE(filled.has_value());
+    for (const VertexId vertex : leaving) EXPECT_FALSE(mesh.IsLive(vertex));
+    EXPECT_TRUE(mesh.FindEdge(along[2], along[5]).valid());
+    EXPECT_TRUE(mesh.FindEdge(along[5], along[7]).valid());
+    EXPECT_EQ(Faults(mesh), "");
+    EXPECT_NEAR(Area(mesh), 1, 1e-12);
+  }
 }
 
 // A vertex has been put where its triangles are inverted: the cavity does not care.

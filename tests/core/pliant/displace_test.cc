@@ -13,7 +13,9 @@
 #include "core/mesh/validate.h"
 #include "core/pliant/frozen.h"
 #include "core/pliant/remesher.h"
+#include "core/pliant/slide.h"
 #include "tests/support/cases.h"
+#include "tests/support/loop_mesh.h"
 #include "tests/support/mesh_testing.h"
 
 namespace pliant {
@@ -132,6 +134,94 @@ TEST(Displace, KeepsTheMeshValidWhateverIsAsked) {
     ASSERT_NEAR(Area(grid->mesh), 144, 1e-9);
   }
   EXPECT_LT(refused, 200);
+}
+
+/// Displacements of one length of everyone in the left two thirds of the unit square who can
+/// follow.
+std::vector<Displacement> LeftPart(const Mesh& mesh, Vec2 by) {
+  std::vector<Displacement> list;
+  for (const VertexId vertex : testing::LiveVertices(mesh)) {
+    if (mesh.position(vertex).x > 0.66) continue;
+    if (const auto place = PlaceAfter(mesh, vertex, by)) list.push_back({vertex, *place});
+  }
+  return list;
+}
+
+// Goal: the walls go along: whoever slides arrives on his wall, who stood there is gone, and the
+// mesh is one again. Method: parts of a square with walls of 16 edges, moved to and fro at random.
+TEST(Displace, LetsWallsSlideAlong) {
+  const std::uint64_t seed = 5;
+  Rng rng(seed);
+  std::int64_t slid_count = 0;
+  std::int64_t fewer = 0;
+  for (int trial = 0; trial < 40; ++trial) {
+    SCOPED_TRACE(trial);
+    auto square = testing::LoopMesh(testing::DiscCase(300, testing::DiscState::kOff));
+    const Mesh& mesh = square->mesh;
+    const Vec2 by{rng.Uniform(-0.2, 0.2), 0.01 * rng.Uniform(-1, 1)};
+    const std::vector<Displacement> list = LeftPart(mesh, by);
+    const std::int32_t edges_before = mesh.edge_count();
+    const bool moved = Displace(square->edit, list).has_value();
+    ASSERT_EQ(Faults(mesh), "") << "seed " << seed;
+    ASSERT_NEAR(Area(mesh), 1, 1e-12);
+    if (!moved) continue;
+    fewer += edges_before - mesh.edge_count();
+    for (const Displacement& one : list) {
+      if (!mesh.IsLive(one.vertex) || !mesh.vertex(one.vertex).edge.valid()) continue;
+      if (!(std::fabs(by.x) > 0.02) || one.to.x == 0 || one.to.x == 1) continue;
+      EXPECT_NEAR(mesh.position(one.vertex).x, one.to.x, 1e-12);
+      EXPECT_EQ(mesh.position(one.vertex).y, one.to.y);
+      ++slid_count;
+    }
+  }
+  EXPECT_GT(slid_count, 200);
+  EXPECT_GT(fewer, 20);
+}
+
+// Goal: where the way is blocked, the walls are as they were, too. Method: frozen triangles stand
+// where the moved part would come to lie.
+TEST(Displace, PutsWallsBackIfTheWayIsBlocked) {
+  auto square = testing::LoopMesh(testing::DiscCase(300, testing::DiscState::kOff));
+  auto same = testing::LoopMesh(testing::DiscCase(300, testing::DiscState::kOff));
+  for (testing::EditedMesh* one : {square.get(), same.get()}) {
+    for (std::int32_t t = 0; t < one->mesh.triangle_slots(); ++t) {
+      const TriangleId id(t);
+      if (!one->mesh.triangle(id).live) continue;
+      const bool is_ahead = std::ranges::any_of(one->mesh.triangle(id).vertices, [&](VertexId v) {
+        return std::fabs(one->mesh.position(v).x - 0.78) < 0.03;
+      });
+      if (is_ahead) one->edit.SetHold(id, MeshEdit::Hold::kFrozen);
+    }
+  }
+  const std::vector<Displacement> list = LeftPart(square->mesh, {0.2, 0});
+  EXPECT_GT(std::ranges::count_if(
+                list, [&](const Displacement& d) { return IsSlidable(square->mesh, d.vertex); }),
+            10);
+  EXPECT_FALSE(Displace(square->edit, list).has_value());
+  EXPECT_EQ(testing::DifferenceOf(square->mesh, same->mesh), "");
+}
+
+// Goal: a session that keeps its surface keeps it here, too.
+TEST(DisplaceVertices, LeavesWallsThatMustStay) {
+  for (const bool surface : {true, false}) {
+    auto square = testing::LoopMesh(testing::DiscCase(300, testing::DiscState::kOff));
+    const std::vector<VertexId> vertices = testing::LiveVertices(square->mesh);
+    const std::vector<Vec2> by(vertices.size(), Vec2{0.02, 0});
+    std::vector<Vec2> before;
+    for (const VertexId vertex : vertices) before.push_back(square->mesh.position(vertex));
+    DisplaceVertices displace(vertices, by);
+    displace.Permit({.surface = surface});
+    ASSERT_TRUE(displace.Apply(square->edit).ok());
+    EXPECT_GT(displace.displaced_count(), 100);
+    int slid = 0;
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      if (!square->mesh.IsLive(vertices[i])) continue;
+      const bool is_inside = before[i].y > 0 && before[i].y < 1;
+      if (!is_inside && square->mesh.position(vertices[i]) != before[i]) ++slid;
+    }
+    EXPECT_GE(slid, surface ? 10 : 0);
+    EXPECT_LE(slid, surface ? 100 : 0);
+  }
 }
 
 TEST(DisplaceVertices, RefusesWhatItCannotRead) {
