@@ -28,7 +28,8 @@ std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 struct Side {
   std::int32_t upper;
   std::int32_t triangle;
-  std::int32_t corner;
+  std::int8_t corner;
+  bool ascends;  ///< It runs from the lower to the upper end, its triangle on the left.
 };
 
 /// Sorts sides by their upper ends; those that are equal stay in their order. Nearly always they
@@ -49,6 +50,22 @@ void SortByUpper(std::span<Side> sides) {
   }
 }
 
+/// Makes neighbours of the triangles whose sides have both ends in common, of all sides with one
+/// lower end.
+void PairSides(std::span<Side> sides, Neighborhood& result) {
+  SortByUpper(sides);
+  for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
+    const Side& a = sides[i];
+    const Side& b = sides[i + 1];
+    if (a.upper != b.upper) continue;
+    result.across[AsIndex(a.triangle)][AsIndex(a.corner)] = b.triangle;
+    result.across[AsIndex(b.triangle)][AsIndex(b.corner)] = a.triangle;
+    ++i;  // Both are paired.
+    const bool is_third = i + 1 < sides.size() && sides[i + 1].upper == a.upper;
+    result.overlaps = result.overlaps || a.ascends == b.ascends || is_third;
+  }
+}
+
 }  // namespace
 
 TriangleLocator::TriangleLocator(std::vector<Vec2> points,
@@ -57,16 +74,17 @@ TriangleLocator::TriangleLocator(std::vector<Vec2> points,
     : TriangleLocator([&] {
         const auto point_count = static_cast<std::int32_t>(points.size());
         return LinkedTriangles{std::move(points), triangles,
-                               FindNeighbors(triangles, point_count, stop)};
+                               FindNeighbors(triangles, point_count, stop).across};
       }()) {}
 
-TriangleLocator::TriangleLocator(LinkedTriangles linked)
-    : points_(std::move(linked.points)),
+TriangleLocator::TriangleLocator(std::vector<Vec2> points,
+                                 std::span<const std::array<std::int32_t, 3>> triangles,
+                                 std::span<const std::array<std::int32_t, 3>> neighbors)
+    : points_(std::move(points)),
       box_(points_.empty() ? BoundingBox{} : BoxOf(points_)),
       lowest_triangle_(points_.size(), -1),
-      row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(linked.triangles.size())))),
+      row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(triangles.size())))),
       lazy_tree_(std::make_unique<LazyTree>()) {
-  const auto& [points, triangles, neighbors] = linked;
   PLIANT_CHECK(!triangles.empty());
   if (neighbors.empty()) return;  // Stopped.
   links_.reserve(triangles.size());
@@ -200,13 +218,15 @@ const BoxTree& TriangleLocator::Tree() const {
   });
 }
 
-std::vector<std::array<std::int32_t, 3>> FindNeighbors(
-    std::span<const std::array<std::int32_t, 3>> triangles, std::int32_t point_count,
-    const StopSignal* stop) {
+Neighborhood FindNeighbors(std::span<const std::array<std::int32_t, 3>> triangles,
+                           std::int32_t point_count, const StopSignal* stop) {
   // Sides are put in buckets by their lower end and sorted by the upper end inside each, so that
   // the two sides of an edge become neighbours in the list.
-  const auto ends = [](const std::array<std::int32_t, 3>& triangle, std::size_t corner) {
-    return std::minmax({triangle[(corner + 1) % 3], triangle[(corner + 2) % 3]});
+  const auto from = [](const std::array<std::int32_t, 3>& triangle, std::size_t corner) {
+    return triangle[(corner + 1) % 3];
+  };
+  const auto to = [](const std::array<std::int32_t, 3>& triangle, std::size_t corner) {
+    return triangle[(corner + 2) % 3];
   };
   StopPoll stopped(stop);
   std::vector<std::size_t> first(AsIndex(point_count) + 1, 0);
@@ -215,7 +235,9 @@ std::vector<std::array<std::int32_t, 3>> FindNeighbors(
     for (std::size_t i = 0; i < 3; ++i) {
       PLIANT_CHECK(triangle[i] >= 0 && triangle[i] < point_count, "corner", triangle[i]);
     }
-    for (std::size_t i = 0; i < 3; ++i) ++first[AsIndex(ends(triangle, i).first) + 1];
+    for (std::size_t i = 0; i < 3; ++i) {
+      ++first[AsIndex(std::min(from(triangle, i), to(triangle, i))) + 1];
+    }
   }
   for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
   std::vector<Side> sides(3 * triangles.size());
@@ -223,26 +245,18 @@ std::vector<std::array<std::int32_t, 3>> FindNeighbors(
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (stopped()) return {};
     for (std::size_t i = 0; i < 3; ++i) {
-      const auto [lower, upper] = ends(triangles[t], i);
+      const auto [lower, upper] = std::minmax({from(triangles[t], i), to(triangles[t], i)});
       sides[next[AsIndex(lower)]++] = {upper, static_cast<std::int32_t>(t),
-                                       static_cast<std::int32_t>(i)};
+                                       static_cast<std::int8_t>(i), lower == from(triangles[t], i)};
     }
   }
-  std::vector<std::array<std::int32_t, 3>> neighbors(triangles.size(), {-1, -1, -1});
+  Neighborhood result;
+  result.across.assign(triangles.size(), {-1, -1, -1});
   for (std::size_t v = 0; v + 1 < first.size(); ++v) {
     if (stopped()) return {};
-    const std::span<Side> bucket(sides.data() + first[v], first[v + 1] - first[v]);
-    SortByUpper(bucket);
-    for (std::size_t i = 0; i + 1 < bucket.size(); ++i) {
-      const Side& a = bucket[i];
-      const Side& b = bucket[i + 1];
-      if (a.upper != b.upper) continue;
-      neighbors[AsIndex(a.triangle)][AsIndex(a.corner)] = b.triangle;
-      neighbors[AsIndex(b.triangle)][AsIndex(b.corner)] = a.triangle;
-      ++i;  // Both are paired.
-    }
+    PairSides(std::span(sides.data() + first[v], first[v + 1] - first[v]), result);
   }
-  return neighbors;
+  return result;
 }
 
 }  // namespace pliant

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <memory>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "core/base/lazy.h"
@@ -53,7 +54,10 @@ class TriangleLocator {
                   const std::vector<std::array<std::int32_t, 3>>& triangles,
                   const StopSignal* stop = nullptr);
   /// The same where the neighbours are known. @par Cost O(n)
-  explicit TriangleLocator(LinkedTriangles linked);
+  explicit TriangleLocator(LinkedTriangles linked)
+      : TriangleLocator(std::move(linked.points), linked.triangles, linked.neighbors) {}
+  TriangleLocator(std::vector<Vec2> points, std::span<const std::array<std::int32_t, 3>> triangles,
+                  std::span<const std::array<std::int32_t, 3>> neighbors);
 
   [[nodiscard]] std::span<const Vec2> points() const { return points_; }
   /// Of all points.
@@ -117,12 +121,19 @@ class TriangleLocator {
   std::unique_ptr<LazyTree> lazy_tree_;  ///< Made at the first question that needs it.
 };
 
-/// For each triangle, the triangles across the sides opposite its corners; -1 where there is none.
-/// Where more than two triangles claim an edge, only some of them are paired.
+/// How the triangles of a triangulation lie to each other.
+struct Neighborhood {
+  /// For each triangle, the triangles across the sides opposite its corners; -1 where there is
+  /// none. Empty if the search was stopped.
+  std::vector<std::array<std::int32_t, 3>> across;
+  /// True if two triangles lie on the same side of an edge: then only some are paired.
+  bool overlaps = false;
+};
+
 /// @param stop  if given and it asks to, nothing comes back.
 /// @pre indices are in [0, point_count)
-[[nodiscard]] std::vector<std::array<std::int32_t, 3>> FindNeighbors(
-    std::span<const std::array<std::int32_t, 3>> triangles, std::int32_t point_count,
-    const StopSignal* stop = nullptr);
+[[nodiscard]] Neighborhood FindNeighbors(std::span<const std::array<std::int32_t, 3>> triangles,
+                                         std::int32_t point_count,
+                                         const StopSignal* stop = nullptr);
 
 }  // namespace pliant

@@ -42,14 +42,16 @@ Status CheckTriangle(const MeshData& mesh, std::size_t index) {
   return {};
 }
 
-/// Refuses two triangles on the same side of an edge. Three triangles at an edge always have two.
-Status CheckEdges(const MeshData& mesh, StopPoll& stopped) {
+/// Names two triangles on the same side of an edge, if there are any. Three triangles at an edge
+/// always have two.
+Status CheckEdges(const MeshData& mesh, const StopSignal* stop) {
   struct Side {
     std::int32_t to;
     std::int32_t triangle;
     auto operator<=>(const Side&) const = default;
   };
   // In buckets by the point where a side begins; each holds a handful.
+  StopPoll stopped(stop);
   std::vector<std::size_t> first(mesh.points.size() + 1, 0);
   for (const auto& corners : mesh.triangles) {
     if (stopped()) return Stopped();
@@ -104,7 +106,7 @@ Status CheckMesh(const MeshData& mesh, const StopSignal* stop) {
     if (stopped()) return Stopped();
     PLIANT_RETURN_IF_ERROR(CheckTriangle(mesh, i));
   }
-  return CheckEdges(mesh, stopped);
+  return {};
 }
 
 Error BadTensor(ErrorCode code, std::size_t index, const std::string& what) {
@@ -152,9 +154,13 @@ Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundM
                                                                const SizeBounds& bounds,
                                                                const StopSignal* stop) {
   PLIANT_RETURN_IF_ERROR(CheckMesh(metric.mesh, stop));
+  const MeshData& mesh = metric.mesh;
+  const Neighborhood neighbors =
+      FindNeighbors(mesh.triangles, static_cast<std::int32_t>(mesh.points.size()), stop);
+  if (neighbors.overlaps) PLIANT_RETURN_IF_ERROR(CheckEdges(mesh, stop));
   PLIANT_ASSIGN_OR_RETURN(std::vector<LogMetric> logs, TakeLogs(metric, bounds, stop));
-  TriangleLocator locator(metric.mesh.points, metric.mesh.triangles, stop);
   if (stop != nullptr && stop->asked()) return Stopped();
+  TriangleLocator locator(mesh.points, mesh.triangles, neighbors.across);
   return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
 }
 

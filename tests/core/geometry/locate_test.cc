@@ -265,8 +265,9 @@ TEST(TriangleLocator, SurvivesCoordinatesWhoseSquaresOverflowOrVanish) {
 TEST(FindNeighbors, AreSymmetricAndShareTheSide) {
   Rng rng(23);
   const Mesh mesh = HoledGrid(Identity, rng);
-  const auto neighbors =
+  const auto [neighbors, overlaps] =
       FindNeighbors(mesh.triangles, static_cast<std::int32_t>(mesh.points.size()));
+  EXPECT_FALSE(overlaps);
   int border_count = 0;
   for (std::size_t t = 0; t < neighbors.size(); ++t) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -289,6 +290,32 @@ TEST(FindNeighbors, AreSymmetricAndShareTheSide) {
   // 4 x 20 around the grid less one for the mouth of the slot, 2 x (5 + 7) around the hole, 2 x 5
   // along the slot and 1 at its end.
   EXPECT_EQ(border_count, 79 + 24 + 11);
+}
+
+// Goal: two triangles on the same side of an edge are noticed, whichever they are.
+// Method: to a grid, one of its triangles again; one that reaches over its neighbours; and one that
+// is the third at an edge from either end.
+TEST(FindNeighbors, NoticeTwoOnTheSameSide) {
+  Rng rng(24);
+  const Mesh mesh = HoledGrid(Identity, rng);
+  const auto count = static_cast<std::int32_t>(mesh.points.size());
+  EXPECT_FALSE(FindNeighbors(mesh.triangles, count).overlaps);
+  const Corners some = mesh.triangles[17];
+  std::vector<Corners> more = mesh.triangles;
+  more.push_back(some);
+  EXPECT_TRUE(FindNeighbors(more, count).overlaps);
+  for (std::size_t corner = 0; corner < 3; ++corner) {
+    for (const bool turned : {false, true}) {
+      more.back() = some;
+      more.back()[corner] = count - 1 - some[corner];
+      if (turned) std::swap(more.back()[(corner + 1) % 3], more.back()[(corner + 2) % 3]);
+      EXPECT_TRUE(FindNeighbors(more, count).overlaps) << "corner " << corner;
+    }
+  }
+  // Two triangles alone, on the same side of the edge from 0 to 1, in either direction.
+  EXPECT_TRUE(FindNeighbors(std::vector<Corners>{{0, 1, 2}, {0, 1, 3}}, 4).overlaps);
+  EXPECT_TRUE(FindNeighbors(std::vector<Corners>{{1, 0, 2}, {3, 1, 0}}, 4).overlaps);
+  EXPECT_FALSE(FindNeighbors(std::vector<Corners>{{0, 1, 2}, {1, 0, 3}}, 4).overlaps);
 }
 
 }  // namespace

@@ -23,7 +23,8 @@ TEST(LinkTriangles, AreThoseOfTheMeshWithTheirNeighbors) {
     ASSERT_EQ(triangles.linked.triangles, exported.data.triangles);
     ASSERT_EQ(triangles.linked.neighbors,
               FindNeighbors(exported.data.triangles,
-                            static_cast<std::int32_t>(exported.data.points.size())));
+                            static_cast<std::int32_t>(exported.data.points.size()))
+                  .across);
     for (std::size_t rank = 0; rank < exported.triangle_ids.size(); ++rank) {
       ASSERT_EQ(triangles.rank_of[exported.triangle_ids[rank].index()],
                 static_cast<std::int32_t>(rank));
