@@ -133,7 +133,8 @@ class MeshEdit {
   /// two three (by the shorter diagonal in the metric), with one two. Everything is numbered anew,
   /// so that neighbours have near slots: triangles in the given order of their parents, children
   /// together; vertices in the order in which triangles have them, but for the fixed ones, which
-  /// come first, in their old order. New vertices have no metric yet.
+  /// come first, in their old order. A new vertex has the geometric mean of the metrics at the ends
+  /// of its edge.
   /// @param order  the live triangles, each once. @pre nothing was committed; all children are
   /// positive. @par Cost O(mesh)
   void Refine(std::span<const EdgeSplit> splits, std::span<const TriangleId> order);

@@ -235,9 +235,11 @@ class Refinement {
     record.position = splits_[split].position;
     record.live = true;
     const Side side = splits_[split].side;
-    const auto end = static_cast<std::size_t>(NextCorner(side.corner));
-    hints[static_cast<std::size_t>(number)] =
-        mesh_.hint(mesh_.triangle(side.triangle).vertices[end]);
+    const auto& corners = mesh_.triangle(side.triangle).vertices;
+    const VertexId a = corners[static_cast<std::size_t>(NextCorner(side.corner))];
+    const VertexId b = corners[static_cast<std::size_t>(PreviousCorner(side.corner))];
+    record.metric = GeometricMean(mesh_.metric(a), mesh_.metric(b));
+    hints[static_cast<std::size_t>(number)] = mesh_.hint(a);
   }
 
   void MakeTriangles() {

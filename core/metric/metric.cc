@@ -126,6 +126,14 @@ double LogDistance(const LogMetric& a, const LogMetric& b) {
   return std::sqrt(d11 * d11 + 2 * d12 * d12 + d22 * d22);
 }
 
+Metric GeometricMean(const Metric& a, const Metric& b) {
+  const double root_a = std::sqrt(Determinant(a));
+  const double root_b = std::sqrt(Determinant(b));
+  const Metric sum = (1 / root_a) * a + (1 / root_b) * b;  // Of two of determinant 1.
+  const Metric mean = std::sqrt(root_a * root_b / Determinant(sum)) * sum;
+  return IsPositiveDefinite(mean) ? mean : 0.5 * (a + b);
+}
+
 Metric LogEuclideanMean(const Metric& a, const Metric& b, double t) {
   return Exp((1 - t) * Log(a) + t * Log(b));
 }

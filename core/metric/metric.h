@@ -93,6 +93,12 @@ struct Eigenvalues {
   return 0.5 * std::sqrt(Determinant(kThird * (mx + my + mz))) * Cross(y - x, z - x);
 }
 
+/// The geometric mean of two metrics, the G with G A^-1 G = B: where the wanted size grows linearly
+/// from A to B, the metric in the metric's middle between them. Their arithmetic mean where it
+/// cannot be computed, so that the mean is always positive definite. [Bhatia2007, prop. 4.1.12]
+/// @pre both are positive definite
+[[nodiscard]] Metric GeometricMean(const Metric& a, const Metric& b);
+
 /// Matrix logarithm of a metric, and its inverse: the space in which tensors are averaged, because
 /// any mean taken there is positive definite. Own exp and log: the same bits on every CPU.
 /// [Arsigny2006]

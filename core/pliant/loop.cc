@@ -66,6 +66,7 @@ void PliantLoop::BeginUpdate(const LoopSettings& settings) {
   insert_above_ = 1;
   state_.allowance.BeginUpdate(mesh_);
   waking_.clear();
+  refined_ = false;
 }
 
 StopReason PliantLoop::Run(const MetricField& field, const Budget& budget) {
@@ -160,51 +161,6 @@ VisitState PliantLoop::CurrentVisit(VertexId node) const {
   return visit;
 }
 
-void PliantLoop::Wake(VertexId node) {
-  if (MarkAwake(node)) state_.queue.Push(node);
-}
-
-bool PliantLoop::MarkAwake(VertexId node) {
-  VisitState visit = CurrentVisit(node);
-  const bool enters = !visit.active;
-  visit.age = 0;
-  visit.hop = 0;
-  visit.cold = false;
-  visit.tired = false;
-  visit.active = true;
-  visit.mended = false;
-  visit.drift_x = visit.drift_y = 0;
-  if (!(visit == mesh_.vertex(node).visit)) edit_.Visit(node) = visit;
-  return enters;
-}
-
-bool PliantLoop::WakeAll(const MetricField& field, Executor& executor) {
-  const Chunks chunks(mesh_.vertex_slots());
-  waking_.resize(static_cast<std::size_t>(chunks.count()));
-  executor.Run(chunks.count(), [&](std::int32_t chunk) {
-    Woken& nodes = waking_[static_cast<std::size_t>(chunk)];
-    if (nodes.done) return;
-    std::int32_t last_hint = MetricField::kNoHint;
-    for (std::int64_t v = chunks.begin(chunk); v < chunks.end(chunk); ++v) {
-      const VertexId node(static_cast<std::int32_t>(v));
-      const VertexRecord& record = mesh_.vertex(node);
-      if (!record.live) continue;
-      const bool is_new = record.visit.epoch == 0;
-      // Where nobody has asked yet, the vertex before is near.
-      if (mesh_.hint(node) == MetricField::kNoHint) edit_.Hint(node) = last_hint;
-      RefreshMetric(field, node);
-      last_hint = mesh_.hint(node);
-      if (MarkAwake(node)) (is_new ? nodes.new_nodes : nodes.old_nodes).push_back(node);
-    }
-    nodes.done = true;
-  });
-  if (executor.stopped()) return false;
-  for (const Woken& nodes : waking_) TakeOver(nodes.old_nodes);
-  for (const Woken& nodes : waking_) TakeOver(nodes.new_nodes);
-  waking_.clear();
-  return true;
-}
-
 void PliantLoop::Enter(VertexId node, int hop) {
   VisitState visit = CurrentVisit(node);
   visit.hop = static_cast<std::uint8_t>(std::min<int>(visit.hop, hop));
@@ -237,6 +193,7 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
   if (visit.mended) return;
   const Heat heat = HeatOf(visit);
   if (Stays(node)) {
+    if (OwesQuestion(node)) RefreshMetric(field, node);
     VisitGiven(field, node, heat);
     return;
   }
@@ -246,6 +203,7 @@ void PliantLoop::VisitNode(const MetricField& field, VertexId node) {
     return;
   }
   const double speed = options_.permissions.move ? Move(field, heat.alpha) : 0;
+  if (speed == 0 && OwesQuestion(node)) RefreshMetric(field, node);
   if (options_.permissions.swap && Swap()) star_.Gather(mesh_, node);
   FinishVisit(field, heat, speed);
 }
@@ -306,6 +264,10 @@ void PliantLoop::AddDrift(VertexId node, Vec2 step) {
 void PliantLoop::VisitPatch(const MetricField& field, const Heat& heat) {
   patch_.Gather(mesh_, star_);
   const double speed = options_.permissions.move ? MovePatch(field, heat.alpha) : 0;
+  if (const VertexId node = star_.center(); speed == 0 && OwesQuestion(node)) {
+    RefreshMetric(field, node);
+    patch_.MoveCenter(mesh_.position(node), mesh_.metric(node));
+  }
   patch_.Measure();
   if (options_.permissions.swap && patch_.WantsSwaps(mesh_, star_) && Swap()) {
     star_.Gather(mesh_, star_.center());

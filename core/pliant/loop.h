@@ -97,6 +97,14 @@ class PliantLoop {
   /// @pre the field answers any number of threads at once
   [[nodiscard]] bool WakeAll(const MetricField& field, Executor& executor);
 
+  /// The same for a mesh that was just refined, without a question to the field: multiplies the
+  /// metric of every vertex by `growth`. It is not quite the field's, so a node's first visit asks
+  /// for it, which it does anyway if the node moves.
+  [[nodiscard]] bool WakeRefined(double growth, Executor& executor);
+
+  /// Asks the field for the nodes that WakeRefined has woken and nobody has visited yet.
+  void AskForUnvisited(const MetricField& field);
+
   /// Halves long edges in bulk where the metric has become much finer: one visit of the loop splits
   /// one edge, and a lattice that is torn open in this way takes nine visits for each new node to
   /// become one again. Where all edges of a lattice are halved at once it stays one.
@@ -179,7 +187,7 @@ class PliantLoop {
     double alpha = 0;
   };
 
-  /// What WakeAll has woken in one part of the mesh.
+  /// What was woken in one part of the mesh, of all of it.
   struct Woken {
     std::vector<VertexId> old_nodes;
     std::vector<VertexId> new_nodes;
@@ -194,6 +202,13 @@ class PliantLoop {
   [[nodiscard]] VisitState CurrentVisit(VertexId node) const;
   /// Makes a node as awake as a new one. @return true if it was not in the queue
   bool MarkAwake(VertexId node);
+  /// Wakes every vertex after set_metric(vertex, hint), where `hint` is that of the vertex before.
+  template <class SetMetric>
+  [[nodiscard]] bool WakeEach(Executor& executor, SetMetric&& set_metric);
+  /// True in the first visit of a node whose metric is not quite the field's.
+  [[nodiscard]] bool OwesQuestion(VertexId node) const {
+    return refined_ && mesh_.vertex(node).visit.age == 1;
+  }
   void Push(VertexId node, int hop) {
     // Mostly the node waits already.
     const VisitState& visit = mesh_.vertex(node).visit;
@@ -271,7 +286,8 @@ class PliantLoop {
   std::uint32_t first_epoch_ = 0;  // Nodes reached since the last commit have this or a later one.
   VisitAudit audit_;               // Idle unless kValidateEvery.
   std::vector<VertexId> aside_;
-  std::vector<Woken> waking_;  // Empty unless WakeAll was stopped.
+  std::vector<Woken> waking_;  // Empty unless waking all was stopped.
+  bool refined_ = false;       // Since BeginUpdate: WakeRefined has woken the nodes.
 };
 
 }  // namespace pliant

@@ -66,6 +66,7 @@ void PliantLoop::Restore(State state) {
   state_ = std::move(state);
   first_epoch_ = state_.epoch;
   insert_above_ = 1;
+  refined_ = false;
 }
 
 }  // namespace pliant

@@ -23,6 +23,7 @@ LoopCounts& LoopCounts::operator+=(const LoopCounts& other) {
 void PliantLoop::Join(const PliantLoop& other) {
   state_.epoch = other.state_.epoch;
   state_.settings = other.state_.settings;
+  refined_ = other.refined_;
 }
 
 void PliantLoop::TakeOver(std::span<const VertexId> nodes) {

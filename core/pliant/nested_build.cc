@@ -29,6 +29,12 @@ constexpr double kCoarseScale = 0.98;
 constexpr double kPlainStep = 0.4;
 constexpr double kPlainThreshold = 0.015;
 
+/// From so many nodes on, new ones begin with the mean of the tensors at the ends of their edges:
+/// edges are short there, and what differs is gone after a visit. On coarser levels it is not, and
+/// what it disturbs costs more visits on all levels after them than the questions would.
+constexpr std::int32_t kInheritedNodes = 1 << 17;
+constexpr std::int32_t kInheritedNodesOfLast = 1 << 15;
+
 /// Sample points for the estimates of complexity and of the length of the constrained edges.
 constexpr double kSamples = 4096;
 constexpr int kSamplesPerEdge = 64;
@@ -167,13 +173,21 @@ bool NestedBuild::NextLevel(const Helpers& helpers, const StopSignal* stop) {
   fine.speed_threshold = last ? settings_.speed_threshold : 0.02;
   fine.neighbor_threshold = last ? std::max(0.05, settings_.neighbor_threshold) : 0.02;
   StartLevel(level_ - 1, fine);
+  if (edit_.mesh().vertex_count() >= (last ? kInheritedNodesOfLast : kInheritedNodes)) {
+    refined_by_ = growth;
+  }
   return true;
 }
 
 void NestedBuild::Finish(const Helpers& helpers) {
   // Nodes that were woken and are in no queue would be lost to the next level.
   (void)Wake(helpers.executor());
-  if (level_ > 0) StartLevel(0, settings_);
+  if (blocks_) blocks_->Leave();
+  if (level_ == 0) {
+    loop_.AskForUnvisited(*field_);
+    return;
+  }
+  StartLevel(0, settings_);
   (void)Wake(helpers.executor());
 }
 
@@ -181,6 +195,7 @@ void NestedBuild::StartLevel(int level, const LoopSettings& settings) {
   if (blocks_) blocks_->Leave();
   blocks_.reset();
   begun_ = false;
+  refined_by_ = 0;
   level_ = level;
   const double scale = ScaleOf(level);
   level_field_ = level == 0 ? field_ : std::make_shared<ScaledField>(field_, scale);
@@ -192,7 +207,9 @@ void NestedBuild::StartLevel(int level, const LoopSettings& settings) {
 /// ones between them: one visit in fifty less than in plain order of slots.
 /// @return false if the executor was stopped
 bool NestedBuild::Wake(Executor& executor) {
-  if (waking_ && loop_.WakeAll(*level_field_, executor)) waking_ = false;
+  if (!waking_) return true;
+  waking_ = refined_by_ > 0 ? !loop_.WakeRefined(refined_by_, executor)
+                            : !loop_.WakeAll(*level_field_, executor);
   return !waking_;
 }
 

@@ -20,6 +20,8 @@ class ScaledField final : public MetricField {
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override {
     return scale_ * field_->At(p, hint);
   }
+  void PrefetchHint(std::int32_t hint) const override { field_->PrefetchHint(hint); }
+  void PrefetchBehindHint(std::int32_t hint) const override { field_->PrefetchBehindHint(hint); }
   [[nodiscard]] Status status() const override { return field_->status(); }
 
  private:
@@ -73,6 +75,7 @@ class NestedBuild {
   const LoopSettings settings_;
   int level_ = 0;
   bool is_coarsest_ = true;          // No level was refined yet: slots are in order of insertion.
+  double refined_by_ = 0;            // How the metric grew to this level; 0: the field is asked.
   bool waking_ = false;              // The level's nodes are still to be woken.
   bool begun_ = false;               // Run has been called on this level,
   std::optional<BlockLoop> blocks_;  // and found that it is large.

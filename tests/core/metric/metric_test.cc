@@ -182,6 +182,36 @@ TEST(LogDistance, ComparesSizesByTheirRatio) {
   EXPECT_NEAR(LogDistance(turned, coarse), std::log(4.0), 1e-13);
 }
 
+/// A B^-1 A.
+Metric Sandwich(const Metric& a, const Metric& b) {
+  const double inverse = 1 / Determinant(b);
+  const Metric i = {inverse * b.m22, -inverse * b.m12, inverse * b.m11};
+  const double p11 = a.m11 * i.m11 + a.m12 * i.m12;
+  const double p12 = a.m11 * i.m12 + a.m12 * i.m22;
+  const double p21 = a.m12 * i.m11 + a.m22 * i.m12;
+  const double p22 = a.m12 * i.m12 + a.m22 * i.m22;
+  return {p11 * a.m11 + p12 * a.m12, p11 * a.m12 + p12 * a.m22, p21 * a.m12 + p22 * a.m22};
+}
+
+// Goal: the mean is what it says. Method: G A^-1 G = B, which has one positive definite solution;
+// sizes whose mean everyone knows; and metrics at the end of what can be computed.
+TEST(GeometricMean, SolvesItsEquation) {
+  EXPECT_NEAR(GeometricMean(Metric::Isotropic(0.1), Metric::Isotropic(10)).m11, 1, 1e-14);
+  Rng rng(11);
+  for (int trial = 0; trial < 500; ++trial) {
+    const Metric a = Draw(rng, 2).metric;
+    const Metric b = Draw(rng, 2).metric;
+    const Metric mean = GeometricMean(a, b);
+    ASSERT_TRUE(IsPositiveDefinite(mean)) << "seed 11, trial " << trial;
+    EXPECT_LT(WorstRelativeDifference(Sandwich(mean, a), b), 1e-6) << "seed 11, trial " << trial;
+    EXPECT_LT(WorstRelativeDifference(GeometricMean(b, a), mean), 1e-14);
+  }
+  const Metric huge = Metric::Isotropic(1e-70);
+  const Metric tiny = Metric::Isotropic(1e70);
+  EXPECT_TRUE(IsPositiveDefinite(GeometricMean(huge, tiny)));
+  EXPECT_TRUE(IsPositiveDefinite(GeometricMean(huge, huge)));
+}
+
 TEST(LogEuclideanMean, IsGeometricAndReachesTheEnds) {
   const Metric middle = LogEuclideanMean(Metric::Isotropic(0.1), Metric::Isotropic(10), 0.5);
   EXPECT_NEAR(middle.m11, 1, 1e-14);

@@ -9,6 +9,7 @@
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
 #include "tests/support/cases.h"
+#include "tests/support/mesh_testing.h"
 
 namespace pliant {
 namespace {
@@ -73,6 +74,52 @@ TEST(NestedBuild, CommitsAtACoarseLevelAndGoesOn) {
   remesher->Commit();
   EXPECT_EQ(Validate(remesher->mesh()), std::vector<std::string>());
   EXPECT_NEAR(remesher->mesh().vertex_count(), 8000, 500);
+}
+
+/// Vertices whose tensor is not the field's, to the bit.
+int CountStrangers(const Remesher& remesher) {
+  const Mesh& mesh = remesher.mesh();
+  int count = 0;
+  for (const VertexId id : testing::LiveVertices(mesh)) {
+    std::int32_t hint = MetricField::kNoHint;
+    count += mesh.metric(id) != remesher.field().At(mesh.position(id), hint);
+  }
+  return count;
+}
+
+// Goal: new nodes of a large level begin with a mean of tensors, which nobody sees: at the end, and
+// after a commit at any moment, every vertex has the tensor of the field.
+// Method: large enough that the last level does so; with one loop, and with many blocks.
+TEST(NestedBuild, LeavesTheTensorOfTheFieldAtEveryVertex) {
+  constexpr double kNodes = 36'000;
+  for (const BlockRule rule :
+       {BlockRule{}, BlockRule{.nodes_min = 20'000, .nodes_per_block = 1500}}) {
+    const auto start = [&] {
+      testing::Case gaussian = testing::GaussianCase(kNodes);
+      auto made = Remesher::Create(gaussian.domain, std::move(gaussian.field), Options{}).value();
+      made->UseHelpers(Helpers(nullptr, rule));
+      return made;
+    };
+    const auto whole = start();
+    const std::int64_t visits = whole->Step({})->counts.visits;
+    whole->Commit();
+    EXPECT_EQ(CountStrangers(*whole), 0);
+    const int last_level = whole->mesh().vertex_count();
+    for (const std::int64_t before_end : {36'000, 20'000, 3'000, 500}) {
+      const auto left = start();
+      ASSERT_EQ(left->Step({.visits_max = visits - before_end})->stop_reason,
+                StopReason::kVisitBudget);
+      left->Commit();
+      ASSERT_GT(left->mesh().vertex_count(), last_level / 2) << "not on the last level any more";
+      EXPECT_EQ(CountStrangers(*left), 0) << before_end << " visits before the end";
+      ASSERT_EQ(left->Step({})->stop_reason, StopReason::kConverged);
+      left->Commit();
+      EXPECT_EQ(CountStrangers(*left), 0);
+      const Quality quality = MeasureQuality(left->mesh(), left->field());
+      EXPECT_GT(quality.q_mean, 0.98);
+      EXPECT_NEAR(left->mesh().vertex_count(), kNodes, 0.04 * kNodes);
+    }
+  }
 }
 
 }  // namespace
