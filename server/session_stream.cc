@@ -246,9 +246,11 @@ void EditStream::Pump() {
   if (std::optional<v1::EditResponse> response = outbox_.Pop()) {
     writing_ = true;
     response_ = *std::move(response);
-    // With more to come the bytes may wait for it: one system call and one wake-up for all.
+    // With more to come the bytes may wait for it: one system call and one wake-up for all. Of an
+    // update that is accepted nobody wants to hear who has sent the next command already.
     grpc::WriteOptions options;
-    if (!outbox_.empty()) options.set_buffer_hint();
+    const bool may_wait = response_.has_accepted() && (!inbox_.empty() || commands_taken_ > 1);
+    if (!outbox_.empty() || may_wait) options.set_buffer_hint();
     StartWrite(&response_, options);
     return;
   }

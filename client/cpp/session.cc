@@ -16,6 +16,10 @@ namespace {
 constexpr int kBusyTries = 8;
 constexpr std::chrono::milliseconds kBusyPause{4};
 
+/// So many commands are sent before their answers are read; the server reads on only while no more
+/// than 64 wait, so that a client which never read would hang.
+constexpr std::size_t kAheadMax = 32;
+
 Error NotOpen() {
   return {.code = ErrorCode::kUnavailable,
           .message = "the stream of this session is closed after an earlier error; call Reopen"};
@@ -28,7 +32,13 @@ Error OutOfOrder(const std::string& what) {
 }  // namespace
 
 Session::Impl::Impl(std::shared_ptr<Connection> connection, std::string session_id, Parts parts)
-    : connection_(std::move(connection)), session_id_(std::move(session_id)), parts_(parts) {}
+    : connection_(std::move(connection)),
+      session_id_(std::move(session_id)),
+      parts_(parts),
+      // One for all streams: pieces that are sent again keep their numbers, and these only grow.
+      writer_(std::make_unique<wire::ColumnWriter>([this](v1::BlobChunk chunk) {
+        *unanswered_.back().messages.emplace_back().mutable_chunk() = std::move(chunk);
+      })) {}
 
 Session::Impl::~Impl() { Close(); }
 
@@ -51,12 +61,6 @@ Status Session::Impl::OpenOnce() {
     context_ = connection_->NewContext();
     stream_ = connection_->sessions().Edit(context_.get());
   }
-  // A failed write shows in the next Read, which has the reason.
-  writer_ = std::make_unique<wire::ColumnWriter>([this](v1::BlobChunk chunk) {
-    v1::EditRequest request;
-    *request.mutable_chunk() = std::move(chunk);
-    static_cast<void>(Write(request));
-  });
   reader_ = std::make_unique<wire::ColumnReader>(kBlobBytesMax);
 
   v1::EditRequest request;
@@ -82,6 +86,16 @@ Status Session::Impl::OpenOnce() {
     PLIANT_RETURN_IF_ERROR(Follow(next));
   }
   return {};
+}
+
+Status Session::Impl::Reopen() {
+  may_repeat_ = false;
+  const bool half_sent = answers_ == Answers::kWithAdvance && !unanswered_.empty();
+  unanswered_.clear();
+  refusal_.reset();
+  PLIANT_RETURN_IF_ERROR(Open());
+  // Nobody knows how much of the step is staged: the caller makes it again, from its beginning.
+  return half_sent ? EmptyStage() : Status();
 }
 
 void Session::Impl::Close() {
@@ -149,43 +163,110 @@ Status Session::Impl::Follow(const v1::EditResponse& response) {
   return {};
 }
 
-// Sends a command and reads up to its answer. Where the connection breaks on the way, it is made
-// again, once, and the command is repeated under its number: the server answers what it has seen
-// and applies what it has not.
 Result<v1::EditResponse> Session::Impl::Call(const MakeRequest& make,
                                              const OnProgress& on_progress) {
+  PLIANT_RETURN_IF_ERROR(Send(make));
+  PLIANT_RETURN_IF_ERROR(AwaitAllBut(1));
+  PLIANT_ASSIGN_OR_RETURN(v1::EditResponse answer, NextAnswer(on_progress));
+  if (answer.has_rejected()) return ErrorFromDetail(answer.rejected().error());
+  return answer;
+}
+
+Status Session::Impl::Send(const MakeRequest& make) {
   if (!is_open()) return NotOpen();
-  const std::int64_t id = ++last_update_id_;
-  Result<v1::EditResponse> answer = CallOnce(id, make, on_progress);
-  if (answer.ok() || answer.error().code != ErrorCode::kUnavailable) return answer;
+  Sent& sent = unanswered_.emplace_back();
+  sent.id = ++last_update_id_;
+  v1::EditRequest request = make(*writer_);
+  request.set_update_id(sent.id);
+  sent.messages.push_back(std::move(request));
+  const Status status = Write(sent);
+  return status.ok() || status.error().code != ErrorCode::kUnavailable ? status
+                                                                       : Repeat(status.error());
+}
+
+Status Session::Impl::Write(const Sent& sent) {
+  for (const v1::EditRequest& message : sent.messages) PLIANT_RETURN_IF_ERROR(Write(message));
+  return {};
+}
+
+// Commands are repeated under their numbers: the server answers what it has seen and applies what
+// it has not.
+Status Session::Impl::Repeat(const Error& lost) {
+  if (!std::exchange(may_repeat_, false)) return lost;
   PLIANT_RETURN_IF_ERROR(Open());
   if (lost_stage_) {
+    if (answers_ == Answers::kWithAdvance) {
+      PLIANT_RETURN_IF_ERROR(Reopen());
+    } else {
+      unanswered_.clear();
+    }
     return Error{.code = ErrorCode::kUpdateRejected,
                  .message =
                      "the server has lost what was staged together with the connection: "
                      "send the step again"};
   }
-  return CallOnce(id, make, on_progress);
+  for (const Sent& sent : unanswered_) PLIANT_RETURN_IF_ERROR(Write(sent));
+  return {};
 }
 
-Result<v1::EditResponse> Session::Impl::CallOnce(std::int64_t id, const MakeRequest& make,
-                                                 const OnProgress& on_progress) {
-  v1::EditRequest request = make(*writer_);
-  request.set_update_id(id);
-  PLIANT_RETURN_IF_ERROR(Write(request));
+Status Session::Impl::AwaitAllBut(std::size_t count) {
+  while (unanswered_.size() > count) {
+    PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse answer, NextAnswer({}));
+    if (answer.has_rejected() && !refusal_) refusal_ = ErrorFromDetail(answer.rejected().error());
+  }
+  return {};
+}
+
+Status Session::Impl::Await() {
+  may_repeat_ = true;
+  if (!is_open()) return {};  // Reopen is to tell what has become of it.
+  return AwaitAllBut(0);
+}
+
+Result<v1::EditResponse> Session::Impl::NextAnswer(const OnProgress& on_progress) {
+  Result<v1::EditResponse> answer = ReadAnswer(on_progress);
+  if (answer.ok() || answer.error().code != ErrorCode::kUnavailable) return answer;
+  PLIANT_RETURN_IF_ERROR(Repeat(answer.error()));
+  return ReadAnswer(on_progress);
+}
+
+Result<v1::EditResponse> Session::Impl::ReadAnswer(const OnProgress& on_progress) {
   while (true) {
     PLIANT_ASSIGN_OR_RETURN(v1::EditResponse response, Read());
     PLIANT_RETURN_IF_ERROR(Follow(response));
-    if (response.update_id() != id) continue;
+    if (response.update_id() != unanswered_.front().id) continue;
     if (response.has_progress() && on_progress) on_progress(FromWire(response.progress()));
-    if (response.has_rejected()) return ErrorFromDetail(response.rejected().error());
-    if (response.has_accepted() || response.has_advanced()) return response;
+    if (!response.has_accepted() && !response.has_advanced() && !response.has_rejected()) continue;
+    unanswered_.pop_front();
+    if (response.has_accepted()) staged_count_ = response.accepted().staged_count();
+    return response;
   }
 }
 
 Status Session::Impl::Update(const MakeRequest& make) {
-  PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse answer, Call(make, {}));
-  staged_count_ = answer.accepted().staged_count();
+  may_repeat_ = true;
+  if (answers_ == Answers::kAtOnce) {
+    const Result<v1::EditResponse> answer = Call(make, {});
+    return answer.ok() ? Status() : Status(answer.error());
+  }
+  PLIANT_RETURN_IF_ERROR(Send(make));
+  return AwaitAllBut(kAheadMax);
+}
+
+Status Session::Impl::Discard() {
+  may_repeat_ = true;
+  return EmptyStage();
+}
+
+Status Session::Impl::EmptyStage() {
+  const auto make = [](wire::ColumnWriter&) {
+    v1::EditRequest request;
+    request.mutable_discard();
+    return request;
+  };
+  const Result<v1::EditResponse> answer = Call(make, {});
+  if (!answer.ok()) return answer.error();
+  refusal_.reset();
   return {};
 }
 
@@ -195,6 +276,7 @@ Result<AdvanceReport> Session::Impl::Rollback(Revision to_revision) {
     request.mutable_rollback()->set_to_revision(static_cast<std::int64_t>(to_revision));
     return request;
   };
+  may_repeat_ = true;
   PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse answer, Call(make, {}));
   return FromWire(answer.advanced());
 }
@@ -213,12 +295,17 @@ Result<AdvanceReport> Session::Impl::Advance(const AdvanceOptions& options,
     const std::lock_guard lock(write_mutex_);
     advance_id_ = last_update_id_ + 1;
   }
+  may_repeat_ = true;
   const Result<v1::EditResponse> answer = Call(make, on_progress);
   const std::lock_guard lock(write_mutex_);
   advance_id_ = 0;
   // Whether it committed or was refused: the stage is empty, unless the answer is lost.
   if (is_open()) staged_count_ = 0;
-  if (!answer.ok()) return answer.error();
+  const std::optional<Error> refusal = std::exchange(refusal_, std::nullopt);
+  if (!answer.ok()) {
+    const bool of_update = refusal && answer.error().code == ErrorCode::kUpdateRejected;
+    return of_update ? *refusal : answer.error();
+  }
   return FromWire(answer->advanced());
 }
 
@@ -243,17 +330,23 @@ Result<AdvanceReport> Session::Advance(
 
 void Session::Cancel() { impl_->Cancel(); }
 
-Status Session::Reopen() { return impl_->Open(); }
+void Session::SetAnswers(Answers answers) { impl_->SetAnswers(answers); }
+
+Status Session::Reopen() { return impl_->Reopen(); }
 
 Status Session::Resync() {
   impl_->ForgetReplica();
-  return impl_->Open();
+  return impl_->Reopen();
 }
 
 Result<MeshReplica> Session::GetMesh() {
+  PLIANT_RETURN_IF_ERROR(impl_->Await());
   return impl_->connection().GetMesh(impl_->id(), Parts::kMesh);
 }
 
-Result<Quality> Session::GetQuality() { return impl_->connection().GetQuality(impl_->id()); }
+Result<Quality> Session::GetQuality() {
+  PLIANT_RETURN_IF_ERROR(impl_->Await());
+  return impl_->connection().GetQuality(impl_->id());
+}
 
 }  // namespace pliant::client

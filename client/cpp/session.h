@@ -19,11 +19,22 @@
 
 namespace pliant::client {
 
+/// When a client hears what the server says to an update.
+enum class Answers {
+  /// Every function waits for the answer to it.
+  kAtOnce,
+  /// Updates are only sent, so that a step costs one round trip and not one for each update. The
+  /// next Advance returns the first refusal, if there was any; then it has committed nothing and
+  /// the stage is empty.
+  kWithAdvance,
+};
+
 /// The one editor of a session: stages updates, advances the mesh and keeps a replica of it.
 ///
-/// Every function waits for the server's answer. A refused update leaves mesh and stream as they
-/// were, but the next Advance is refused too (kUpdateRejected), which empties the stage; Discard
-/// empties it at once. So half of a step is never committed.
+/// Every function waits for the server's answer, unless SetAnswers lets updates go ahead. A refused
+/// update leaves mesh and stream as they were, but the next Advance is refused too
+/// (kUpdateRejected), which empties the stage; Discard empties it at once. So half of a step is
+/// never committed.
 ///
 /// When the connection breaks, a call makes it again, once, and repeats its command, which the
 /// server does not apply twice; if that fails too it ends with kUnavailable, and Reopen goes on
@@ -41,6 +52,11 @@ class Session {
 
   [[nodiscard]] const std::string& id() const;
   [[nodiscard]] const MeshReplica& replica() const;
+
+  /// From the next update on; at first kAtOnce. With kWithAdvance, what is sent is kept until it is
+  /// answered; a connection that breaks is made again as ever, and where that fails, Reopen empties
+  /// the stage: the step has to be sent anew, from its first update on.
+  void SetAnswers(Answers answers);
 
   /// Stages another metric, which replaces all of the last one. Errors: those of MakeMetricField.
   Status UpdateMetric(const MetricSpec& metric);

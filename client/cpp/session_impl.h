@@ -3,11 +3,15 @@
 #include <grpcpp/client_context.h>
 #include <grpcpp/support/sync_stream.h>
 
+#include <cstddef>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
+#include <optional>
 #include <string>
+#include <vector>
 
 #include "client/cpp/connection.h"
 #include "client/cpp/mesh_replica.h"
@@ -19,8 +23,10 @@ namespace pliant::client {
 
 /// One edit stream at a time and the replica that it feeds.
 ///
-/// *Threads*: as Session: one for everything but Cancel. `write_mutex_` guards writing to the
-/// stream, its existence and `advance_id_`, because Cancel may come from elsewhere.
+/// *Invariants*: whatever has no answer yet is kept as it was sent, in order, and the server
+/// answers in that order; so a stream that breaks is followed by one on which all of it is sent
+/// again. *Threads*: as Session: one for everything but Cancel. `write_mutex_` guards writing to
+/// the stream, its existence and `advance_id_`, because Cancel may come from elsewhere.
 class Session::Impl {
  public:
   Impl(std::shared_ptr<Connection> connection, std::string session_id, Parts parts);
@@ -28,14 +34,20 @@ class Session::Impl {
 
   /// Opens a stream at the replica's revision and reads until the replica is up to date.
   Status Open();
+  /// The same for one that the caller has lost: what had no answer is the caller's again.
+  Status Reopen();
   /// Ends the stream, if there is one.
   void Close();
   void ForgetReplica() { replica_ = {}; }
+  void SetAnswers(Answers answers) { answers_ = answers; }
+  /// Reads the answers to all that was sent ahead.
+  Status Await();
 
   using OnProgress = std::function<void(const AdvanceProgress&)>;
   /// Makes a command for a stream, whose writer takes the large arrays.
   using MakeRequest = std::function<v1::EditRequest(wire::ColumnWriter&)>;
   Status Update(const MakeRequest& make);
+  Status Discard();
   Result<AdvanceReport> Rollback(Revision to_revision);
   Result<AdvanceReport> Advance(const AdvanceOptions& options, const OnProgress& on_progress);
   void Cancel();
@@ -47,11 +59,26 @@ class Session::Impl {
   [[nodiscard]] bool is_open() const { return stream_ != nullptr; }
 
  private:
+  /// A command as it was sent: the pieces of its arrays, then itself.
+  struct Sent {
+    std::int64_t id = 0;
+    std::vector<v1::EditRequest> messages;
+  };
+
   Status OpenOnce();
+  /// Sends a command and returns the answer to it.
   Result<v1::EditResponse> Call(const MakeRequest& make, const OnProgress& on_progress);
-  Result<v1::EditResponse> CallOnce(std::int64_t id, const MakeRequest& make,
-                                    const OnProgress& on_progress);
+  Status Send(const MakeRequest& make);
+  Status EmptyStage();
+  Status Write(const Sent& sent);
   Status Write(const v1::EditRequest& request);
+  /// After the connection has broken: makes it again, once a call, and repeats what has no answer.
+  Status Repeat(const Error& lost);
+  /// Reads on until no more than so many answers are missing, and takes note of refusals.
+  Status AwaitAllBut(std::size_t count);
+  /// The answer to the oldest command that has none.
+  Result<v1::EditResponse> NextAnswer(const OnProgress& on_progress);
+  Result<v1::EditResponse> ReadAnswer(const OnProgress& on_progress);
   /// The next message that is not a piece of an array. A broken stream or a damaged message ends
   /// the stream and is the error.
   Result<v1::EditResponse> Read();
@@ -70,6 +97,10 @@ class Session::Impl {
   std::int64_t last_update_id_ = 0;
   std::int32_t staged_count_ = 0;  ///< As the server last said.
   bool lost_stage_ = false;        ///< When the stream was opened, the server had less.
+  Answers answers_ = Answers::kAtOnce;
+  std::deque<Sent> unanswered_;
+  std::optional<Error> refusal_;  ///< Of the first update of this step that was sent ahead in vain.
+  bool may_repeat_ = false;       ///< This call has not made the connection again yet.
 
   std::mutex write_mutex_;
   std::int64_t advance_id_ = 0;  ///< Of the running advance; 0: none.

@@ -93,19 +93,14 @@ Status Session::SetOptions(const Options& options) {
   });
 }
 
-Status Session::Discard() {
-  return impl_->Update([](wire::ColumnWriter&) {
-    v1::EditRequest request;
-    request.mutable_discard();
-    return request;
-  });
-}
+Status Session::Discard() { return impl_->Discard(); }
 
 Result<AdvanceReport> Session::Rollback(Revision to_revision) {
   return impl_->Rollback(to_revision);
 }
 
 Result<Revision> Session::SaveRevision(Revision revision) {
+  PLIANT_RETURN_IF_ERROR(impl_->Await());
   Connection& connection = impl_->connection();
   const auto context = connection.NewContext(connection.options().call_timeout);
   v1::SaveRevisionRequest request;
@@ -118,6 +113,7 @@ Result<Revision> Session::SaveRevision(Revision revision) {
 }
 
 Status Session::Release(std::span<const Revision> revisions) {
+  PLIANT_RETURN_IF_ERROR(impl_->Await());
   Connection& connection = impl_->connection();
   const auto context = connection.NewContext(connection.options().call_timeout);
   v1::ReleaseRequest request;
@@ -132,6 +128,7 @@ Status Session::Release(std::span<const Revision> revisions) {
 }
 
 Result<std::string> Session::Fork(Revision revision, const std::string& wished_id) {
+  PLIANT_RETURN_IF_ERROR(impl_->Await());
   Connection& connection = impl_->connection();
   const auto context = connection.NewContext(connection.options().transfer_timeout);
   v1::ForkRequest request;

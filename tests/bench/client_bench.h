@@ -137,8 +137,10 @@ class DiscSession {
     return seconds;
   }
 
+  void SetAnswers(client::Answers answers) { session_->SetAnswers(answers); }
+
   [[nodiscard]] const client::AdvanceReport& last() const { return last_; }
-  /// Of the last update, the part up to the answer to its tensors, in seconds.
+  /// Of the last update, the part until its tensors were answered, or sent, in seconds.
   [[nodiscard]] double staging() const { return staging_; }
   /// CPU time of the last update, both ends.
   [[nodiscard]] double cpu() const { return cpu_; }

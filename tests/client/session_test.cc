@@ -3,6 +3,11 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <iterator>
+#include <string>
+#include <vector>
+
 #include "client/cpp/client.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/model_mesh.h"
@@ -265,6 +270,186 @@ TEST(Session, AStageThatTheServerHasLostIsNotCommittedInPart) {
   }
   server.Stop();
   EXPECT_EQ(commands_after, 0);
+}
+
+/// A step of two updates that is sent ahead: one whose tensors are too large for its message, and
+/// one of a formula.
+void SendStep(Session& session) {
+  const std::vector<Metric> tensors(5'000, Metric::Isotropic(0.5));
+  std::vector<VertexId> vertices;
+  for (std::int32_t i = 0; i < 5'000; ++i) vertices.emplace_back(i);
+  ASSERT_TRUE(session.UpdateTensors(vertices, tensors).ok());
+  ASSERT_TRUE(session.UpdateMetric({.source = SizeMetric{"0.1"}}).ok());
+}
+
+/// What SendStep and an advance lead to.
+std::vector<v1::EditRequest> ReceiveStep(EditScript& script) {
+  std::vector<v1::EditRequest> step;
+  do {
+    step.push_back(script.Next());
+  } while (step.back().command_case() != v1::EditRequest::COMMAND_NOT_SET &&
+           !step.back().has_advance());
+  return step;
+}
+
+std::string TextOf(const std::vector<v1::EditRequest>& requests) {
+  std::string text;
+  for (const v1::EditRequest& request : requests) text += request.SerializeAsString();
+  return text;
+}
+
+// Goal: with kWithAdvance a step is on its way as a whole before the server says anything; the
+//       next step may then wait for every answer again.
+TEST(Session, SendsAStepAheadOfItsAnswers) {
+  const History history(1);
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int) {
+    script.Open(Revision{0});
+    const std::vector<v1::EditRequest> step = ReceiveStep(script);
+    EXPECT_EQ(step.size(), 4U) << "chunk, tensors, formula, advance";
+    EXPECT_TRUE(step[0].has_chunk());
+    script.Accept(step[1]);
+    script.Accept(step[2]);
+    script.SendDiff(history.Diff(1));
+    script.Advanced(step[3], history.Diff(1));
+    script.Accept(script.Next());
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  session->SetAnswers(Answers::kWithAdvance);
+  ASSERT_NO_FATAL_FAILURE(SendStep(*session));
+  const Result<AdvanceReport> report = session->Advance();
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ExpectSame(session->replica(), history.models[1]);
+  session->SetAnswers(Answers::kAtOnce);
+  EXPECT_TRUE(session->UpdateMetric({.source = SizeMetric{"0.2"}}).ok());
+}
+
+TEST(Session, TheAdvanceOfAStepSentAheadSaysWhichUpdateWasRefused) {
+  const History history(1);
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int) {
+    script.Open(Revision{0});
+    const auto reject = [&](const v1::EditRequest& request, const std::string& reason) {
+      v1::ErrorDetail error;
+      error.set_reason(reason);
+      error.set_index(3);
+      script.Reject(request, error);
+    };
+    const std::vector<v1::EditRequest> step = ReceiveStep(script);
+    reject(step[1], "NOT_FINITE");
+    reject(step[2], "EXPRESSION_VALUE");
+    reject(step[3], "UPDATE_REJECTED");
+    const v1::EditRequest update = script.Next();
+    reject(update, "NOT_FINITE");
+    script.Accept(script.Next());  // The discard, after which nothing is left of the refusal.
+    const v1::EditRequest advance = script.Next();
+    script.SendDiff(history.Diff(1));
+    script.Advanced(advance, history.Diff(1));
+    reject(script.Next(), "UPDATE_REJECTED");
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  session->SetAnswers(Answers::kWithAdvance);
+  ASSERT_NO_FATAL_FAILURE(SendStep(*session));
+  const auto refused = session->Advance();
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().code, ErrorCode::kNotFinite);
+  EXPECT_EQ(refused.error().index, 3);
+  EXPECT_TRUE(session->UpdateMetric({.source = SizeMetric{"0.1"}}).ok()) << "it was only sent";
+  EXPECT_TRUE(session->Discard().ok());
+  EXPECT_TRUE(session->Advance().ok());
+  const auto later = session->Advance();
+  ASSERT_FALSE(later.ok());
+  EXPECT_EQ(later.error().code, ErrorCode::kUpdateRejected);
+}
+
+// Goal: a server that hears of nothing but updates is not sent so many that it stops reading.
+TEST(Session, ReadsTheOldestAnswersWhenManyUpdatesAreOnTheirWay) {
+  constexpr int kUpdates = 100;
+  FakeServer server;
+  int unanswered_max = 0;
+  server.on_edit = [&](EditScript& script, int) {
+    script.Open(Revision{0});
+    std::vector<v1::EditRequest> requests;
+    for (int i = 0; i < 33; ++i) requests.push_back(script.Next());
+    for (int i = 0; i < kUpdates; ++i) {
+      script.Accept(requests[static_cast<std::size_t>(i)]);
+      if (std::ssize(requests) < kUpdates) requests.push_back(script.Next());
+      unanswered_max = std::max(unanswered_max, static_cast<int>(std::ssize(requests)) - i - 1);
+    }
+    script.Accept(script.Next());
+    script.Next();
+    return grpc::Status::OK;
+  };
+  {
+    const auto session = Open(server);
+    session->SetAnswers(Answers::kWithAdvance);
+    for (int i = 0; i < kUpdates; ++i) {
+      ASSERT_TRUE(session->UpdateMetric({.source = SizeMetric{"0.1"}}).ok());
+    }
+    EXPECT_TRUE(session->Discard().ok());
+  }
+  server.Stop();
+  EXPECT_EQ(unanswered_max, 33);
+}
+
+// Goal: what was sent ahead and has no answer when the stream breaks is sent again, byte for byte:
+//       the server applies none of it twice.
+TEST(Session, AStepSentAheadIsRepeatedAsItWas) {
+  const History history(1);
+  FakeServer server;
+  std::vector<std::vector<v1::EditRequest>> steps;
+  server.on_edit = [&](EditScript& script, int stream) {
+    script.Open(Revision{0});
+    steps.push_back(ReceiveStep(script));
+    if (stream == 1) return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
+    script.Accept(steps[1][1]);
+    script.Accept(steps[1][2]);
+    script.SendDiff(history.Diff(1));
+    script.Advanced(steps[1][3], history.Diff(1));
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  session->SetAnswers(Answers::kWithAdvance);
+  ASSERT_NO_FATAL_FAILURE(SendStep(*session));
+  const auto report = session->Advance();
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  ASSERT_EQ(steps.size(), 2U);
+  EXPECT_EQ(steps[0].size(), 4U);
+  EXPECT_EQ(TextOf(steps[0]), TextOf(steps[1]));
+}
+
+// Goal: where the stream cannot be made again nobody knows how much of the step is staged; Reopen
+//       empties the stage, so that the step can be sent anew and is not half there already.
+TEST(Session, ReopenEmptiesTheStageOfAStepThatWasLostOnItsWay) {
+  FakeServer server;
+  std::vector<v1::EditRequest> first;
+  server.on_edit = [&](EditScript& script, int stream) {
+    script.Open(Revision{0});
+    if (stream <= 2) {
+      ReceiveStep(script);
+      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
+    }
+    first.push_back(script.Next());
+    script.Accept(first.back());
+    script.Next();
+    return grpc::Status::OK;
+  };
+  {
+    const auto session = Open(server);
+    session->SetAnswers(Answers::kWithAdvance);
+    ASSERT_NO_FATAL_FAILURE(SendStep(*session));
+    EXPECT_EQ(session->Advance().error().code, ErrorCode::kUnavailable);
+    EXPECT_THAT(session->UpdateMetric({}).error().message, HasSubstr("Reopen"));
+    EXPECT_TRUE(session->Reopen().ok());
+  }
+  server.Stop();
+  ASSERT_EQ(first.size(), 1U);
+  EXPECT_TRUE(first[0].has_discard());
 }
 
 TEST(Session, ASessionThatIsBusyForAMomentIsTriedAgain) {
