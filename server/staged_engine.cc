@@ -209,7 +209,7 @@ Status StagedEngine::Stage(const DomainUpdate& update) {
     status = engine_->ReplaceDomain(update.domain);
   }
   if (!status.ok()) {
-    tainted_ = true;
+    if (status.error().code != ErrorCode::kCancelled) tainted_ = true;
     return Named(status, "domain");
   }
   ++staged_count_;
@@ -241,7 +241,7 @@ Status StagedEngine::Stage(const ConstraintsUpdate& update) {
 Status StagedEngine::StageMotion(const MotionUpdate& update) {
   const Status status = Move(update);
   if (!status.ok()) {
-    tainted_ = true;
+    if (status.error().code != ErrorCode::kCancelled) tainted_ = true;
     return NamedBy(status, update.field);
   }
   ++staged_count_;

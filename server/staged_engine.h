@@ -64,7 +64,9 @@ class StagedEngine {
 
   /// Stages whatever a command holds that can be staged; as the functions above. A discard empties
   /// the stage. Errors: theirs; kProtocolOrder for a command that is none of them.
-  /// @param stop  null: nobody; else a change of the metric that it asks to stop is refused with
+  /// @param stop  null: nobody; else a change of the metric, a motion or another domain that it
+  /// asks
+  ///              to stop is refused with
   ///              kCancelled, and everything, tainted() too, is as it was.
   Status StageCommand(const UpdateCommand& command, const StopSignal* stop = nullptr);
 

@@ -10,6 +10,8 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/stop_signal.h"
+
 namespace pliant {
 
 /// Keeps the solution of a shortest-path problem up to date while the problem changes.
@@ -30,7 +32,7 @@ namespace pliant {
 ///     Value Own(v) const;                                what v has without neighbours
 ///     std::optional<Value> Offer(p_value, p, q) const;   nothing if no better than Own(q)
 ///     std::span<const std::int32_t> Neighbors(v);        valid until the next call
-/// *Invariants*: between calls of Settle nothing waits.
+/// *Invariants*: between calls of Settle nothing waits, unless one was stopped.
 template <class Problem>
 class FixedPoint {
  public:
@@ -40,8 +42,12 @@ class FixedPoint {
   void Recheck(Problem& problem, std::int32_t v) { SetAhead(problem, v, BestOf(problem, v)); }
 
   /// Restores the solution. Calls changed(v) before a value is changed, perhaps twice.
+  /// @param stop  null: nobody; else it ends where it is if that asks to, and Clear must follow
   template <class Changed>
-  void Settle(Problem& problem, Changed changed);
+  void Settle(Problem& problem, Changed changed, const StopSignal* stop = nullptr);
+
+  /// Forgets who waits: the values will be those of a solution again.
+  void Clear();
 
   /// Values settled so far, over all calls.
   [[nodiscard]] std::int64_t settled_count() const { return settled_count_; }
@@ -107,8 +113,10 @@ class FixedPoint {
 
 template <class Problem>
 template <class Changed>
-void FixedPoint<Problem>::Settle(Problem& problem, Changed changed) {
+void FixedPoint<Problem>::Settle(Problem& problem, Changed changed, const StopSignal* stop) {
+  StopPoll stopped(stop);
   while (!heap_.empty()) {
+    if (stopped()) return;
     const auto [key, v] = heap_.top();
     heap_.pop();
     const Ahead* ahead = FindAhead(v);
@@ -126,6 +134,12 @@ void FixedPoint<Problem>::Settle(Problem& problem, Changed changed) {
       SetAhead(problem, v, BestOf(problem, v));
     }
   }
+  Clear();
+}
+
+template <class Problem>
+void FixedPoint<Problem>::Clear() {
+  heap_ = {};
   for (const Ahead& ahead : ahead_) ahead_of_[Index(ahead.vertex)] = -1;
   ahead_.clear();
 }

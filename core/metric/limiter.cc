@@ -53,18 +53,18 @@ void MetricLimiter::Remove(std::int32_t vertex) {
   row.is_new = false;
 }
 
-LimitChanges MetricLimiter::Update(VertexRings& rings) {
+LimitChanges MetricLimiter::Update(VertexRings& rings, const StopSignal* stop) {
+  const auto asked = [&] { return stop != nullptr && stop->asked(); };
   std::erase_if(touched_, [&](std::int32_t v) { return !row(v).live; });
-  if (smoothing_.on()) Smooth(rings);
-  for (const std::int32_t v : touched_) {
-    AddNear(v);
-    AddNearRing(rings, v);
-  }
-  touched_.clear();
-  for (const std::int32_t v : near_) LimitOwn(rings, v);
+  if (smoothing_.on()) Smooth(rings, stop);
+  if (asked()) return {.vertices = {}, .stopped = true};
+  LookAtTouched(rings, stop);
   const std::int64_t settled_before = thin_.settled_count() + wide_.settled_count();
-  if (grows_) Grow(rings);
-  LimitChanges changes = Finish(rings);
+  if (asked()) return {.vertices = {}, .stopped = true};
+  if (grows_) Grow(rings, stop);
+  if (asked()) return {.vertices = {}, .stopped = true};
+  LimitChanges changes = Finish(rings, stop);
+  if (changes.stopped) return changes;
   changes.looked_count =
       std::ssize(near_) + thin_.settled_count() + wide_.settled_count() - settled_before;
   for (const std::int32_t v : near_) rows_[Index(v)].near = false;
@@ -73,12 +73,28 @@ LimitChanges MetricLimiter::Update(VertexRings& rings) {
 }
 
 /// Before the first pass: averages become what their vertices want.
-void MetricLimiter::Smooth(VertexRings& rings) {
-  touched_ = smoothing_.Update(rings, touched_);
+void MetricLimiter::Smooth(VertexRings& rings, const StopSignal* stop) {
+  touched_ = smoothing_.Update(rings, touched_, stop);
+  StopPoll stopped(stop);
   for (const std::int32_t v : touched_) {
+    if (stopped()) return;
     Row& row = Mutable(v);
     row.smoothed = smoothing_.Differs(v);
     SetOwn(row, row.smoothed ? smoothing_.At(v) : row.raw);
+  }
+}
+
+void MetricLimiter::LookAtTouched(VertexRings& rings, const StopSignal* stop) {
+  StopPoll stopped(stop);
+  for (const std::int32_t v : touched_) {
+    if (stopped()) return;
+    AddNear(v);
+    AddNearRing(rings, v);
+  }
+  touched_.clear();
+  for (const std::int32_t v : near_) {
+    if (stopped()) return;
+    LimitOwn(rings, v);
   }
 }
 
@@ -96,35 +112,52 @@ void MetricLimiter::LimitOwn(VertexRings& rings, std::int32_t v) {
 }
 
 /// The second and third pass: two shortest-path problems, and the rotation limit between them.
-void MetricLimiter::Grow(VertexRings& rings) {
+void MetricLimiter::Grow(VertexRings& rings, const StopSignal* stop) {
+  StopPoll stopped(stop);
   ThinProblem thin{*this, rings};
-  for (const std::int32_t v : near_) thin_.Recheck(thin, v);
+  for (const std::int32_t v : near_) {
+    if (stopped()) return;
+    thin_.Recheck(thin, v);
+  }
   std::vector<std::int32_t> relabeled;
-  thin_.Settle(thin, [&](std::int32_t v) {
+  const auto relabel = [&](std::int32_t v) {
     Mutable(v);
     relabeled.push_back(v);
-  });
+  };
+  thin_.Settle(thin, relabel, stop);
   for (const std::int32_t v : relabeled) {
+    if (stopped()) return;
     AddNear(v);
     AddNearRing(rings, v);
   }
   for (const std::int32_t v : near_) {
+    if (stopped()) return;
     const double cap = Rotated(rings, v, RotationOf::kLabel);
     if (row(v).cap != cap) Mutable(v).cap = cap;
   }
   WideProblem wide{*this, rings};
-  for (const std::int32_t v : near_) wide_.Recheck(wide, v);
-  wide_.Settle(wide, [&](std::int32_t v) { Mutable(v); });
+  for (const std::int32_t v : near_) {
+    if (stopped()) return;
+    wide_.Recheck(wide, v);
+  }
+  const auto widen = [&](std::int32_t v) { Mutable(v); };
+  wide_.Settle(wide, widen, stop);
 }
 
-LimitChanges MetricLimiter::Finish(VertexRings& rings) {
+LimitChanges MetricLimiter::Finish(VertexRings& rings, const StopSignal* stop) {
   LimitChanges changes;
-  for (const std::int32_t v : near_) Measure(rings, v);
+  StopPoll stopped(stop);
+  for (const std::int32_t v : near_) {
+    if (stopped()) return {.vertices = {}, .stopped = true};
+    Measure(rings, v);
+  }
   for (const std::int32_t v : changed_) {
+    if (stopped()) return {.vertices = {}, .stopped = true};
     if (row(v).live && !row(v).near) Measure(rings, v);
   }
   std::sort(changed_.begin(), changed_.end());
   for (const std::int32_t v : changed_) {
+    if (stopped()) return {.vertices = {}, .stopped = true};
     Row& row = rows_[Index(v)];
     row.changed = false;
     if (!row.live) continue;
@@ -181,6 +214,11 @@ std::vector<std::pair<std::int32_t, Metric>> MetricLimiter::ChangedRaw() const {
 }
 
 void MetricLimiter::Rollback() {
+  // An Update that was stopped has left these.
+  for (const std::int32_t v : near_) rows_[Index(v)].near = false;
+  near_.clear();
+  thin_.Clear();
+  wide_.Clear();
   for (const auto& [v, old] : log_) rows_[Index(v)] = old;
   log_.clear();
   smoothing_.Rollback();

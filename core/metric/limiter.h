@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/stop_signal.h"
 #include "core/geometry/vec2.h"
 #include "core/metric/fixed_point.h"
 #include "core/metric/gradation.h"
@@ -38,6 +39,7 @@ struct LimitChanges {
   double size_ratio_max = 1;      ///< Over `vertices`: largest raw size / limited size.
   std::int32_t worst = -1;        ///< Where that is; -1 if it is 1.
   std::int64_t looked_count = 0;  ///< Work: vertices looked at, and values settled.
+  bool stopped = false;           ///< All the rest means nothing, and Rollback must follow.
 };
 
 /// LimitMetrics kept up to date: a change of k tensors, places or edges costs what it changes, and
@@ -65,8 +67,9 @@ class MetricLimiter {
 
   /// Limits the metric of the mesh as it is now. Every vertex has a raw tensor, and every vertex
   /// that moved or whose ring changed was touched.
+  /// @param stop  null: nobody; else it ends where it is if that asks to
   /// @par Cost O(changed log changed): about a microsecond per tensor that changes.
-  LimitChanges Update(VertexRings& rings);
+  LimitChanges Update(VertexRings& rings, const StopSignal* stop = nullptr);
 
   [[nodiscard]] bool Has(std::int32_t vertex) const {
     return static_cast<std::size_t>(vertex) < rows_.size() && row(vertex).live;
@@ -81,6 +84,10 @@ class MetricLimiter {
 
   /// From now on Rollback returns to here. @par Cost O(changed since the last Commit)
   void Commit();
+  /// True if nothing has happened since then.
+  [[nodiscard]] bool as_committed() const {
+    return log_.empty() && rows_.size() == committed_size_ && touched_.empty() && changed_.empty();
+  }
   /// Raw tensors of the last Commit at vertices that have another one now, or none; ascending.
   /// @par Cost O(changed since then)
   [[nodiscard]] std::vector<std::pair<std::int32_t, Metric>> ChangedRaw() const;
@@ -166,10 +173,11 @@ class MetricLimiter {
   void AddNear(std::int32_t v);
   void AddNearRing(VertexRings& rings, std::int32_t v);
   static void SetOwn(Row& row, const Metric& wanted);
-  void Smooth(VertexRings& rings);
+  void Smooth(VertexRings& rings, const StopSignal* stop);
+  void LookAtTouched(VertexRings& rings, const StopSignal* stop);
   void LimitOwn(VertexRings& rings, std::int32_t v);
-  void Grow(VertexRings& rings);
-  LimitChanges Finish(VertexRings& rings);
+  void Grow(VertexRings& rings, const StopSignal* stop);
+  LimitChanges Finish(VertexRings& rings, const StopSignal* stop);
 
   GradationRates rates_;
   bool grows_;

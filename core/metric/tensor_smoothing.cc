@@ -35,7 +35,9 @@ void TensorSmoothing::Set(std::int32_t vertex, const Metric& raw) {
 }
 
 std::vector<std::int32_t> TensorSmoothing::Update(VertexRings& rings,
-                                                  std::span<const std::int32_t> touched) {
+                                                  std::span<const std::int32_t> touched,
+                                                  const StopSignal* stop) {
+  StopPoll stopped(stop);
   std::vector<std::int32_t> changed;
   std::vector<std::int32_t> list;
   const auto add_with_ring = [&](std::int32_t v) {
@@ -50,6 +52,7 @@ std::vector<std::int32_t> TensorSmoothing::Update(VertexRings& rings,
     changed.clear();
     for (const std::int32_t v : list) {
       listed_[Index(v)] = 0;
+      if (stopped()) continue;
       const LogMetric mean = Mean(rings, v, pass);
       if (logs_[Row(v) + Index(pass)] == mean) continue;
       Write(v, pass, mean);

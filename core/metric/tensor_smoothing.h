@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/stop_signal.h"
 #include "core/geometry/vec2.h"
 #include "core/metric/metric.h"
 #include "core/metric/vertex_rings.h"
@@ -44,10 +45,13 @@ class TensorSmoothing {
 
   /// Averages over the mesh as it is now. Every vertex has a tensor.
   /// @param touched  those that were set, that moved, or whose ring is another one; all are there.
+  /// @param stop     null: nobody; else it ends where it is if that asks to, what it returns means
+  ///                 nothing, and Rollback must follow.
   /// @return  vertices whose average may be another one, in no order; some perhaps twice.
   /// @par Cost O(changed), times the vertices within `pass_count` edges.
   [[nodiscard]] std::vector<std::int32_t> Update(VertexRings& rings,
-                                                 std::span<const std::int32_t> touched);
+                                                 std::span<const std::int32_t> touched,
+                                                 const StopSignal* stop = nullptr);
 
   /// Whether the average differs from the vertex's own tensor.
   [[nodiscard]] bool Differs(std::int32_t vertex) const;

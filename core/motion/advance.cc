@@ -81,7 +81,12 @@ void Advance::ForEachTriangleAt(VertexId vertex, Visit visit) {
 }
 
 Advance::Advance(MeshEdit& edit, const MotionPlan& plan, Observer observer)
-    : edit_(edit), mesh_(edit.mesh()), plan_(plan), observer_(std::move(observer)), flipper_(edit) {
+    : edit_(edit),
+      mesh_(edit.mesh()),
+      plan_(plan),
+      observer_(std::move(observer)),
+      stopped_(plan.stop()),
+      flipper_(edit) {
   for (const Mover& mover : plan.movers()) moving_.push_back(mover.vertex);
   for (const Rider& rider : plan.riders()) moving_.push_back(rider.vertex);
   place_of_ = PlaceMap(mesh_.vertex_slots());
@@ -101,7 +106,7 @@ double Advance::RunTo(double limit) {
   double step = limit;
   bool low_allowed = false;
   int accepted_in_a_row = 0;
-  while (at < limit) {
+  while (at < limit && !stopped_()) {
     const double target = std::min(limit, at + step);
     PlaceNear(target);
     CheckFront();
@@ -110,6 +115,7 @@ double Advance::RunTo(double limit) {
       PlaceRest(target);
       CheckRest();
     }
+    if (stopped_()) break;
     const bool turned_over = flips();
     if (!turned_over && (spoiled_.empty() || low_allowed)) {
       Accept(target);
@@ -159,19 +165,26 @@ double Advance::RunTo(double limit) {
 }
 
 std::vector<VertexId> Advance::Disturbed() const {
-  std::vector<VertexId> all = disturbed_;
+  // Of a ring nearly all are known already: they are not listed a second time, which sorting would
+  // have to pay for.
+  std::vector<VertexId> all;
+  PlaceMap listed(mesh_.vertex_slots());
+  const auto add = [&](VertexId vertex) {
+    if (mesh_.IsLive(vertex) && listed.Add(vertex, 0)) all.push_back(vertex);
+  };
+  std::ranges::for_each(disturbed_, add);
+  StopPoll stopped(plan_.stop());
   Star star;
   for (const VertexId vertex : front_) {
+    if (stopped()) return {};
     if (!mesh_.IsLive(vertex)) continue;
-    all.push_back(vertex);
+    add(vertex);
     for (const TriangleId fan : FansOf(mesh_, vertex)) {
       star.Gather(mesh_, vertex, fan);
-      all.insert(all.end(), star.ring().begin(), star.ring().end());
+      std::ranges::for_each(star.ring(), add);
     }
   }
   std::sort(all.begin(), all.end());
-  all.erase(std::unique(all.begin(), all.end()), all.end());
-  std::erase_if(all, [&](VertexId vertex) { return !mesh_.IsLive(vertex); });
   return all;
 }
 
@@ -196,17 +209,6 @@ std::int32_t Advance::GroupOf(VertexId vertex) const {
   return a >= 0 && a == GroupOf(segment.b) ? a : kAlone;
 }
 
-Vec2 Advance::PositionAt(VertexId vertex, double s) const {
-  const std::int32_t known = place_of_.At(vertex);
-  if (known == PlaceMap::kNone) return mesh_.position(vertex);
-  const auto place = static_cast<std::size_t>(known);
-  if (place < plan_.movers().size()) return plan_.At(plan_.movers()[place], s);
-  const Rider& rider = plan_.riders()[place - plan_.movers().size()];
-  const SegmentRecord& segment = mesh_.segments()[static_cast<std::size_t>(rider.segment)];
-  const Vec2 a = PositionAt(segment.a, s);
-  return a + MotionPlan::ParameterAt(rider, s) * (PositionAt(segment.b, s) - a);
-}
-
 void Advance::FindFront() {
   std::vector<std::int32_t> groups;
   groups.reserve(moving_.size());
@@ -215,7 +217,7 @@ void Advance::FindFront() {
     const std::int32_t place = place_of_.At(vertex);
     return place == PlaceMap::kNone ? kStill : groups[static_cast<std::size_t>(place)];
   };
-  for (std::size_t place = 0; place < moving_.size(); ++place) {
+  for (std::size_t place = 0; place < moving_.size() && !stopped_(); ++place) {
     bool alike = groups[place] >= 0;
     if (alike) {
       ForEachTriangleAt(moving_[place], [&](TriangleId id) {
@@ -244,6 +246,7 @@ void Advance::CheckFront() {
   spoiled_.clear();
   poor_.clear();
   for (const VertexId vertex : front_) {
+    if (stopped_()) return;
     if (!mesh_.IsLive(vertex)) continue;
     bool poor = false;
     ForEachTriangleAt(vertex, [&](TriangleId id) {
@@ -256,7 +259,7 @@ void Advance::CheckFront() {
 }
 
 void Advance::CheckRest() {
-  for (std::size_t place = 0; place < moving_.size(); ++place) {
+  for (std::size_t place = 0; place < moving_.size() && !stopped_(); ++place) {
     if (in_front_[place] || !mesh_.IsLive(moving_[place])) continue;
     ForEachTriangleAt(moving_[place], [&](TriangleId id) {
       const auto& v = mesh_.triangle(id).vertices;
@@ -316,6 +319,7 @@ bool Advance::MakeRoom(double s) {
   bool changed = false;
   const std::vector<Spoiled> spoiled = spoiled_;
   for (const Spoiled& one : spoiled) {
+    if (stopped_()) return false;
     // A removal before may have done away with this one.
     if (!mesh_.triangle(one.triangle).live) continue;
     changed = RemoveOne(one.triangle) || changed;
@@ -401,6 +405,7 @@ void Advance::Accept(double s) {
 
 void Advance::SwapPoor() {
   for (const VertexId vertex : poor_) {
+    if (stopped_()) return;
     if (!mesh_.IsLive(vertex)) continue;
     for (const TriangleId fan : FansOf(mesh_, vertex)) {
       star_.Gather(mesh_, vertex, fan);
@@ -420,6 +425,7 @@ void Advance::SwapPoor() {
 bool Advance::Leap(double s) {
   PlaceRest(s);
   CheckRest();
+  if (stopped_()) return false;
   std::vector<TriangleId> spoiled;
   for (const Spoiled& one : spoiled_) spoiled.push_back(one.triangle);
   const SuddenMove move{.before = [&](VertexId vertex) { return PositionBefore(vertex); },
@@ -436,6 +442,7 @@ bool Advance::Retriangulate(double s) {
   CheckFront();
   PlaceRest(s);
   CheckRest();
+  if (stopped_()) return false;
   std::vector<TriangleId> cavity;
   for (const Spoiled& one : spoiled_) {
     if (one.flipped) cavity.push_back(one.triangle);

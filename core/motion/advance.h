@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/ids.h"
+#include "core/base/stop_signal.h"
 #include "core/delaunay/metric_flip.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/mesh_edit.h"
@@ -37,7 +38,9 @@ class Advance {
   /// @param plan  complete: cuts made, riders and followers found. Must outlive this object.
   Advance(MeshEdit& edit, const MotionPlan& plan, Observer observer = nullptr);
 
-  /// Goes on until time `limit`, or as far as possible. @return the time reached.
+  /// Goes on until time `limit`, or as far as possible, or until the plan's stop signal is asked
+  /// and says yes: then the mesh is somewhere in between and good for nothing but being undone.
+  /// @return the time reached.
   /// @par Cost O(m) per sub-step for m vertices that move against a neighbour
   double RunTo(double limit);
 
@@ -100,6 +103,7 @@ class Advance {
   const Mesh& mesh_;
   const MotionPlan& plan_;
   const Observer observer_;
+  StopPoll stopped_;
   MetricFlipper flipper_;
   MotionReport report_;
   double time_ = 0;  ///< Of the last accepted sub-step.

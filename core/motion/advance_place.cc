@@ -5,6 +5,23 @@
 #include "core/motion/advance.h"
 
 namespace pliant {
+namespace {
+
+/// From one in so many on, looking at everybody in order is cheaper than sorting a list.
+constexpr std::size_t kScanShare = 8;
+
+}  // namespace
+
+Vec2 Advance::PositionAt(VertexId vertex, double s) const {
+  const std::int32_t known = place_of_.At(vertex);
+  if (known == PlaceMap::kNone) return mesh_.position(vertex);
+  const auto place = static_cast<std::size_t>(known);
+  if (place < plan_.movers().size()) return plan_.At(plan_.movers()[place], s);
+  const Rider& rider = plan_.riders()[place - plan_.movers().size()];
+  const SegmentRecord& segment = mesh_.segments()[static_cast<std::size_t>(rider.segment)];
+  const Vec2 a = PositionAt(segment.a, s);
+  return a + MotionPlan::ParameterAt(rider, s) * (PositionAt(segment.b, s) - a);
+}
 
 void Advance::GatherNear() {
   ++stamp_;
@@ -18,6 +35,7 @@ void Advance::GatherNear() {
     near_.push_back(place);
   };
   for (const VertexId vertex : front_) {
+    if (stopped_()) break;
     if (!mesh_.IsLive(vertex)) continue;
     add(vertex);
     for (const TriangleId fan : FansOf(mesh_, vertex)) {
@@ -26,7 +44,14 @@ void Advance::GatherNear() {
     }
   }
   // The ends of a segment before those that ride on it: movers have the lower places.
-  std::sort(near_.begin(), near_.end());
+  if (kScanShare * near_.size() < moving_.size()) {
+    std::sort(near_.begin(), near_.end());
+    return;
+  }
+  near_.clear();
+  for (std::size_t place = 0; place < moving_.size(); ++place) {
+    if (IsNear(place)) near_.push_back(place);
+  }
 }
 
 void Advance::Place(std::size_t place, double s) {
@@ -42,11 +67,14 @@ void Advance::Place(std::size_t place, double s) {
 
 void Advance::PlaceNear(double s) {
   GatherNear();
-  for (const std::size_t place : near_) Place(place, s);
+  for (const std::size_t place : near_) {
+    if (stopped_()) return;
+    Place(place, s);
+  }
 }
 
 void Advance::PlaceRest(double s) {
-  for (std::size_t place = 0; place < moving_.size(); ++place) {
+  for (std::size_t place = 0; place < moving_.size() && !stopped_(); ++place) {
     if (IsNear(place)) continue;
     near_stamp_[place] = stamp_;
     near_.push_back(place);

@@ -9,6 +9,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "core/base/stop_signal.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/vec2.h"
 
@@ -109,15 +110,17 @@ double FirstTouch(const Line& a, const Line& b, const Line& p) {
 
 class ContactFinder {
  public:
-  ContactFinder(const Mesh& mesh, const MotionPlan& plan) : mesh_(mesh), plan_(plan) {
-    for (std::size_t i = 0; i < plan.movers().size(); ++i) {
+  ContactFinder(const Mesh& mesh, const MotionPlan& plan)
+      : mesh_(mesh), plan_(plan), stopped_(plan.stop()) {
+    mover_of_.reserve(plan.movers().size());
+    for (std::size_t i = 0; i < plan.movers().size() && !stopped_(); ++i) {
       mover_of_.emplace(plan.movers()[i].vertex.value(), i);
     }
   }
 
   std::optional<Contact> Run() {
     const double piece = 1.0 / plan_.piece_count();
-    for (std::int32_t k = 0; k < plan_.piece_count(); ++k) {
+    for (std::int32_t k = 0; k < plan_.piece_count() && !stopped_(); ++k) {
       begin_ = k * piece;
       end_ = k + 1 == plan_.piece_count() ? 1 : (k + 1) * piece;
       if (RunPiece()) {
@@ -148,6 +151,7 @@ class ContactFinder {
     std::vector<BoundingBox> line_boxes;
     std::vector<std::int32_t> lines;
     for (std::size_t s = 0; s < count; ++s) {
+      if (stopped_()) return false;
       if (!mesh_.segments()[s].is_line()) continue;
       boxes[s] = SweptBox(static_cast<std::int32_t>(s));
       line_boxes.push_back(boxes[s]);
@@ -156,6 +160,7 @@ class ContactFinder {
     const BoxTree tree(line_boxes);
     first_ = std::numeric_limits<double>::infinity();
     for (const std::int32_t segment : plan_.moved_segments()) {
+      if (stopped_()) return false;
       tree.ForEachMeeting(boxes[static_cast<std::size_t>(segment)], [&](std::int32_t place) {
         const std::int32_t other = lines[static_cast<std::size_t>(place)];
         const bool both =
@@ -221,6 +226,7 @@ class ContactFinder {
 
   const Mesh& mesh_;
   const MotionPlan& plan_;
+  StopPoll stopped_;
   std::unordered_map<std::int32_t, std::size_t> mover_of_;
   double begin_ = 0;
   double end_ = 1;

@@ -21,7 +21,7 @@ struct Contact {
 /// Times are those of floating point: a contact that misses by less than about 1e-12 of the
 /// segments' size may be found or not. Decides whether a motion is refused before anything is
 /// touched; that no triangle turns over is decided by exact predicates when it is carried out.
-/// @return nothing if nothing meets.
+/// @return nothing if nothing meets, or the plan's stop signal was asked and said yes.
 /// @par Cost O((m + n) log n) per piece for m moved of n segments, when few come near each other
 [[nodiscard]] std::optional<Contact> FindContact(const Mesh& mesh, const MotionPlan& plan);
 

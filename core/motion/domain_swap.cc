@@ -51,16 +51,25 @@ std::array<TriangleId, 2> TrianglesAt(const Mesh& mesh, EdgeId id) {
 Result<MeshChange::Outcome> DomainSwap::Apply(MeshEdit& edit) {
   const Mesh& mesh = edit.mesh();
   PLIANT_ASSIGN_OR_RETURN(inside_, TriangulateDomain(domain_));
+  PLIANT_RETURN_IF_ERROR(GoOn());
   match_ = MatchDomain(mesh, domain_, inside_);
+  PLIANT_RETURN_IF_ERROR(GoOn());
   ListPieces(mesh);
   cavity_ = GatherCavity(mesh, request_);
+  PLIANT_RETURN_IF_ERROR(GoOn());
   PLIANT_RETURN_IF_ERROR(SettlePoints(edit));
   DrawWalls(mesh);
-  std::optional<Filling> filling = FillWalls(mesh, RequestFill(mesh));
+  PLIANT_RETURN_IF_ERROR(GoOn());
+  const FillRequest fill = RequestFill(mesh);
+  PLIANT_RETURN_IF_ERROR(GoOn());
+  std::optional<Filling> filling = FillWalls(mesh, fill);
   if (!filling) return Unclear();
+  PLIANT_RETURN_IF_ERROR(GoOn());
   PLIANT_RETURN_IF_ERROR(FloodBehind(mesh, *filling));
+  PLIANT_RETURN_IF_ERROR(GoOn());
   ReplaceEdges(edit);
   KeepAlike(mesh, filling->triangles);
+  PLIANT_RETURN_IF_ERROR(GoOn());
   PLIANT_RETURN_IF_ERROR(ReplaceTriangles(edit, filling->triangles));
   report_.vertex_of_point = match_.vertex_of_point;
   report_.kept_segment_count =
@@ -68,6 +77,12 @@ Result<MeshChange::Outcome> DomainSwap::Apply(MeshEdit& edit) {
                                                   [](const NewSegment& s) { return s.old < 0; });
   report_.triangle_count = std::ssize(filling->triangles);
   return Finish(mesh, filling->triangles);
+}
+
+/// Whoever undoes a change that was refused undoes this one too, whatever it has come to.
+Status DomainSwap::GoOn() const {
+  if (stop_ != nullptr && stop_->asked()) return Stopped();
+  return {};
 }
 
 /// Points of the domain that new segments join, directly or by way of others, have one group.

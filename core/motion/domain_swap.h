@@ -10,6 +10,7 @@
 
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/domain.h"
 #include "core/geometry/locate.h"
 #include "core/mesh/mesh_edit.h"
@@ -33,9 +34,11 @@ class DomainSwap {
  public:
   using Outcome = MeshChange::Outcome;
 
-  explicit DomainSwap(const Domain& domain) : domain_(domain) {}
+  /// @param stop  asked between the stages, null: nobody. Both outlive this object.
+  explicit DomainSwap(const Domain& domain, const StopSignal* stop = nullptr)
+      : domain_(domain), stop_(stop) {}
 
-  /// Errors: those of ReplaceDomain.
+  /// Errors: those of ReplaceDomain; kCancelled.
   Result<Outcome> Apply(MeshEdit& edit);
 
   [[nodiscard]] const DomainReport& report() const { return report_; }
@@ -47,6 +50,7 @@ class DomainSwap {
     TriangleId covered;  ///< The triangle on a kCovered side.
   };
 
+  [[nodiscard]] Status GoOn() const;
   void ListPieces(const Mesh& mesh);
   [[nodiscard]] std::vector<std::int32_t> GroupsOfPoints() const;
   [[nodiscard]] bool LosesAllEdges(const Mesh& mesh, VertexId vertex) const;
@@ -74,6 +78,7 @@ class DomainSwap {
   [[nodiscard]] Error Unclear() const;
 
   const Domain& domain_;
+  const StopSignal* const stop_;
   DomainTriangulation inside_;
   DomainMatch match_;
   CavityRequest request_;

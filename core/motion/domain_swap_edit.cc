@@ -46,7 +46,9 @@ Status DomainSwap::Flood(const Mesh& mesh, TriangleId start, const SideState& wa
   const auto [known, is_new] = flooded_.emplace(start, wanted);
   if (!is_new) return known->second == wanted ? Status() : Status(Unclear());
   std::vector<TriangleId> stack{start};
+  StopPoll stopped(stop_);
   while (!stack.empty()) {
+    if (stopped()) return Stopped();
     const TriangleRecord& triangle = mesh.triangle(stack.back());
     stack.pop_back();
     for (std::size_t side = 0; side < 3; ++side) {
@@ -141,13 +143,17 @@ void DomainSwap::ReplaceEdges(MeshEdit& edit) {
 
 Status DomainSwap::ReplaceTriangles(MeshEdit& edit, std::vector<NewTriangle> triangles) {
   const Mesh& mesh = edit.mesh();
+  StopPoll stopped(stop_);
   for (const auto& [id, wanted] : flooded_) {
+    if (stopped()) return Stopped();
     if (wanted) edit.SetRegion(id, *wanted);
   }
   std::vector<VertexId> corners;
   for (const TriangleId id : going_) AddCorners(mesh.triangle(id).vertices, corners);
+  PLIANT_RETURN_IF_ERROR(GoOn());
   std::sort(corners.begin(), corners.end());
   corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+  PLIANT_RETURN_IF_ERROR(GoOn());
   edit.ReplaceRegion(going_, triangles);
   return RemoveVertices(edit, corners);
 }
@@ -163,7 +169,9 @@ Status DomainSwap::RemoveVertices(MeshEdit& edit, std::span<const VertexId> corn
   for (const VertexId vertex : match_.vertex_of_point) {
     if (!is_used(vertex)) return Unclear();
   }
+  StopPoll stopped(stop_);
   for (const VertexId vertex : corners) {
+    if (stopped()) return Stopped();
     if (is_used(vertex)) continue;
     if (mesh.vertex(vertex).edge.valid()) return Unclear();
     edit.RemoveVertex(vertex);

@@ -25,7 +25,7 @@ class Motion final : public MeshChange {
   Result<Outcome> Apply(MeshEdit& edit) override {
     const Mesh& mesh = edit.mesh();
     report_ = {};
-    PLIANT_ASSIGN_OR_RETURN(MotionPlan plan, MotionPlan::Make(mesh, request_));
+    PLIANT_ASSIGN_OR_RETURN(MotionPlan plan, MotionPlan::Make(mesh, request_, stop()));
     for (const VertexId vertex : plan.cuts()) edit.CutSegment(vertex);
     plan.FindRiders(mesh);
     double limit = 1;
@@ -37,10 +37,12 @@ class Motion final : public MeshChange {
       limit = (1 - kShyOfContact) * contact->time;
     }
     plan.AddFollowers(mesh);
+    if (stop_asked()) return Stopped();
     Advance advance(edit, plan, [&](double) {
       if (observer_) observer_(mesh);
     });
     const double reached = limit > 0 ? advance.RunTo(limit) : 0;
+    if (stop_asked()) return Stopped();
     const EdgeId first = report_.first_edge;
     const EdgeId second = report_.second_edge;
     report_ = advance.report();
@@ -52,7 +54,9 @@ class Motion final : public MeshChange {
       report_.second_edge = advance.Blockers().second;
       if (request_.on_impossible == ImpossibleMotion::kRefuse) return Refusal();
     }
-    return OutcomeOf(edit, plan, advance);
+    Outcome outcome = OutcomeOf(edit, plan, advance);
+    if (stop_asked()) return Stopped();
+    return outcome;
   }
 
   [[nodiscard]] const MotionReport& report() const { return report_; }

@@ -110,8 +110,9 @@ Status CheckShape(const PathShape& shape, std::size_t index) {
 
 }  // namespace
 
-Result<MotionPlan> MotionPlan::Make(const Mesh& mesh, MotionRequest request) {
-  MotionPlan plan(std::move(request));
+Result<MotionPlan> MotionPlan::Make(const Mesh& mesh, MotionRequest request,
+                                    const StopSignal* stop) {
+  MotionPlan plan(std::move(request), stop);
   if (!(plan.request_.follow_length >= 0) || !std::isfinite(plan.request_.follow_length)) {
     return Error{ErrorCode::kOutOfRange, "motion.follow_length must be a finite number >= 0",
                  "motion.follow_length"};
@@ -120,6 +121,7 @@ Result<MotionPlan> MotionPlan::Make(const Mesh& mesh, MotionRequest request) {
   PLIANT_RETURN_IF_ERROR(plan.AddTagged(mesh));
   plan.SetPieceCount();
   plan.ChooseCuts(mesh);
+  if (stop != nullptr && stop->asked()) return Stopped();
   return plan;
 }
 
@@ -133,7 +135,10 @@ Status MotionPlan::AddNamed(const Mesh& mesh) {
                  "motion.positions"};
   }
   std::unordered_set<std::int32_t> seen;
+  seen.reserve(vertices.size());
+  StopPoll stopped(stop_);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (stopped()) return Stopped();
     const VertexId id = vertices[i];
     if (!mesh.IsLive(id)) {
       return MotionError(
@@ -215,10 +220,15 @@ void MotionPlan::SetPieceCount() {
 }
 
 void MotionPlan::ChooseCuts(const Mesh& mesh) {
-  for (std::size_t i = 0; i < movers_.size(); ++i) mover_of_.emplace(movers_[i].vertex.value(), i);
+  StopPoll stopped(stop_);
+  mover_of_.reserve(movers_.size());
+  for (std::size_t i = 0; i < movers_.size() && !stopped(); ++i) {
+    mover_of_.emplace(movers_[i].vertex.value(), i);
+  }
   std::unordered_map<std::int32_t, bool> straight;
   // In the order of the request, not of the map.
   for (const VertexId vertex : request_.vertices) {
+    if (stopped()) return;
     const auto named = named_.find(vertex.value());
     if (named == named_.end()) continue;
     const auto [known, is_new] = straight.emplace(named->second.segment, false);
@@ -318,7 +328,8 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
     }
   }
   Star star;
-  while (!queue.empty()) {
+  StopPoll stopped(stop_);
+  while (!queue.empty() && !stopped()) {
     const NearestFirst::Entry nearest = queue.Pop();
     const VertexId vertex = nearest.vertex;
     Reached& here = reached[static_cast<std::size_t>(place_of.At(vertex))];

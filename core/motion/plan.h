@@ -9,6 +9,7 @@
 
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/mesh.h"
 #include "core/metric/metric.h"
@@ -48,8 +49,12 @@ class MotionPlan {
   /// Errors, with `field` among "motion.vertices", "motion.positions", "motion.tags" and
   /// "motion.follow_length": kArrayLength, kIndexOutOfRange (no live vertex, or no edge has the
   /// tag), kDuplicateId, kNotFinite, kOutOfRange; index = position in the given list.
+  /// @param stop  asked while the plan is made and carried out, null: nobody; then kCancelled here,
+  ///              and what FindRiders and AddFollowers leave may be incomplete: ask it afterwards.
+  ///              Outlives the plan.
   /// @par Cost O(what moves + constrained edges)
-  [[nodiscard]] static Result<MotionPlan> Make(const Mesh& mesh, MotionRequest request);
+  [[nodiscard]] static Result<MotionPlan> Make(const Mesh& mesh, MotionRequest request,
+                                               const StopSignal* stop = nullptr);
 
   /// Vertices at which segments are to be cut before riders are looked for: those that are named
   /// and leave the line of their segment, by more than the rounding of their coordinates.
@@ -78,6 +83,7 @@ class MotionPlan {
   [[nodiscard]] std::int32_t piece_count() const { return piece_count_; }
 
   [[nodiscard]] const MotionRequest& request() const { return request_; }
+  [[nodiscard]] const StopSignal* stop() const { return stop_; }
 
   /// The tensor that a mover carries along: turned and stretched as its surroundings are at time s.
   [[nodiscard]] Metric Carried(const Mover& mover, const Metric& metric, double s) const;
@@ -105,7 +111,8 @@ class MotionPlan {
     Vec2 to;
   };
 
-  explicit MotionPlan(MotionRequest request) : request_(std::move(request)) {}
+  MotionPlan(MotionRequest request, const StopSignal* stop)
+      : request_(std::move(request)), stop_(stop) {}
   Status AddNamed(const Mesh& mesh);
   Status AddTagged(const Mesh& mesh);
   void SetPieceCount();
@@ -116,6 +123,7 @@ class MotionPlan {
   [[nodiscard]] static Map MapOf(const PathShape& shape, double s);
 
   MotionRequest request_;
+  const StopSignal* stop_;
   std::vector<Mover> movers_;
   std::vector<Rider> riders_;
   std::unordered_map<std::int32_t, std::size_t> mover_of_;  ///< By vertex slot.

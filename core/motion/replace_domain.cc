@@ -13,7 +13,7 @@ class Replacement final : public MeshChange {
   [[nodiscard]] bool replaces_domain() const override { return true; }
 
   Result<Outcome> Apply(MeshEdit& edit) override {
-    DomainSwap swap(domain_);
+    DomainSwap swap(domain_, stop());
     Result<Outcome> outcome = swap.Apply(edit);
     report_ = swap.report();
     return outcome;

@@ -106,12 +106,12 @@ Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
 }
 
 std::optional<FollowedMetric::Way> FollowedMetric::WayBack() const {
-  if (limits_.on() || state_.limits.any()) return std::nullopt;
+  if (!limits_.as_committed() || limits_.on() != state_.limits.any()) return std::nullopt;
   return Way{state_, field_, base_};
 }
 
 void FollowedMetric::GoBack(Way way) {
-  PLIANT_CHECK(!limits_.on());
+  if (!limits_.as_committed()) limits_.Rollback();
   state_ = std::move(way.state);
   field_ = std::move(way.field);
   base_ = std::move(way.base);
@@ -145,7 +145,8 @@ void FollowedMetric::Follow(std::shared_ptr<MetricField> field, const MetricSpec
 }
 
 Result<WantedTensors> FollowedMetric::SetField(std::shared_ptr<MetricField> field,
-                                               const MetricSpec* spec, WantedTensors raw) {
+                                               const MetricSpec* spec, WantedTensors raw,
+                                               const StopSignal* stop) {
   const GradationOptions old_limits = state_.limits;
   Take(std::move(field), spec);
   state_.limit_rounds_left = state_.limits.any() ? kLimitRounds : 0;
@@ -156,25 +157,26 @@ Result<WantedTensors> FollowedMetric::SetField(std::shared_ptr<MetricField> fiel
   if (!committed()) return Limit();
   --state_.limit_rounds_left;
   std::vector<std::size_t> others;
+  StopPoll stopped(stop);
   if (limits_.on() && old_limits == state_.limits) {
     limits_.Follow(*base_, *state_.source);
     for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
+      if (stopped()) return Stopped();
       if (limits_.Raw(raw.vertices[i]) != raw.tensors[i]) others.push_back(i);
     }
     if (kReloadShare * others.size() <= raw.vertices.size()) {
       for (const std::size_t i : others) limits_.SetRaw(raw.vertices[i], raw.tensors[i]);
-      return LayLimits();
+      return LayLimits(stop);
     }
   }
-  limits_.Load(state_.limits, raw.vertices, raw.tensors);
-  return LayLimits();
+  PLIANT_RETURN_IF_ERROR(limits_.Load(state_.limits, raw.vertices, raw.tensors, stop));
+  return LayLimits(stop);
 }
 
 Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> vertices,
                                                  std::span<const Metric> tensors,
                                                  const StopSignal* stop) {
   const bool has_raw = limits_.on() && committed();
-  if (state_.limits.any()) stop = nullptr;
   StopPoll stopped(stop);
   if (has_raw) limits_.Follow(*base_, *RawField());
   std::vector<Metric> bounded;
@@ -186,7 +188,7 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
     bounded.push_back(Bound(tensors[i], state_.bounds));
     same = same && !Differs(old, bounded.back());
   }
-  if (has_raw) return same ? LayLimits() : LimitTensors(vertices, bounded);
+  if (has_raw) return same ? LayLimits(stop) : LimitTensors(vertices, bounded, stop);
   if (same && !state_.limits.any()) return WantedTensors{};
   PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, FollowTensors(vertices, bounded, stop));
   if (!state_.limits.any()) return wanted;
@@ -199,7 +201,7 @@ Result<WantedTensors> FollowedMetric::Carry(std::span<const VertexId> vertices,
   const std::vector<Metric> given(tensors.begin(), tensors.end());
   if (limits_.on() && committed()) {
     limits_.Follow(*base_, *RawField());
-    return LimitTensors(vertices, given);
+    return LimitTensors(vertices, given, nullptr);
   }
   PLIANT_CHECK(FollowTensors(vertices, given, nullptr).ok());
   if (!state_.limits.any()) return WantedTensors{};
@@ -209,15 +211,18 @@ Result<WantedTensors> FollowedMetric::Carry(std::span<const VertexId> vertices,
 
 /// Vertices want other tensors. Those within the tolerance stay, so that many small changes add up
 /// and are seen at last. @pre the limits know the mesh as it is
-WantedTensors FollowedMetric::LimitTensors(std::span<const VertexId> vertices,
-                                           const std::vector<Metric>& tensors) {
+Result<WantedTensors> FollowedMetric::LimitTensors(std::span<const VertexId> vertices,
+                                                   const std::vector<Metric>& tensors,
+                                                   const StopSignal* stop) {
+  StopPoll stopped(stop);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (stopped()) return Stopped();
     if (Differs(limits_.Raw(vertices[i]), tensors[i])) limits_.SetRaw(vertices[i], tensors[i]);
   }
   state_.source = nullptr;
   state_.spec.reset();
   state_.limit_rounds_left = kLimitRounds - 1;
-  return LayLimits();
+  return LayLimits(stop);
 }
 
 /// Tensors at some vertices, and at the others what they have.
@@ -237,7 +242,7 @@ Result<WantedTensors> FollowedMetric::FollowTensors(std::span<const VertexId> ve
     if (copy != nullptr) {
       field_ = std::move(copy);
     } else {
-      FollowMesh(wanted);
+      PLIANT_RETURN_IF_ERROR(FollowMesh(wanted, stop));
     }
     return wanted;
   }
@@ -261,15 +266,17 @@ bool FollowedMetric::WantsCopy(const WantedTensors& others) const {
 }
 
 /// From now on the field is that of the mesh's tensors as they are, and of others at some vertices.
-void FollowedMetric::FollowMesh(const WantedTensors& others) {
+Status FollowedMetric::FollowMesh(const WantedTensors& others, const StopSignal* stop) {
   if (WantsCopy(others)) {
-    field_ = CopyWith(others, nullptr);
-    return;
+    field_ = CopyWith(others, stop);
+    if (field_ == nullptr) return Stopped();
+    return {};
   }
   for (std::size_t i = 0; i < others.vertices.size(); ++i) {
     base_->SetMetric(others.vertices[i], others.tensors[i]);
   }
   field_ = std::make_shared<NodalField>(base_);
+  return {};
 }
 
 /// The tensors of all vertices as a background mesh; null if it was stopped. @par Cost O(mesh)
@@ -277,11 +284,15 @@ std::shared_ptr<MetricField> FollowedMetric::CopyWith(const WantedTensors& other
                                                       const StopSignal* stop) const {
   std::vector<std::size_t> row_of(static_cast<std::size_t>(mesh_.vertex_slots()));
   std::vector<Metric> tensors;
+  tensors.reserve(static_cast<std::size_t>(mesh_.vertex_count()));
+  StopPoll stopped(stop);
   for (const VertexId vertex : LiveVertices(mesh_)) {
+    if (stopped()) return nullptr;
     row_of[vertex.index()] = tensors.size();
     tensors.push_back(mesh_.metric(vertex));
   }
   for (std::size_t i = 0; i < others.vertices.size(); ++i) {
+    if (stopped()) return nullptr;
     tensors[row_of[others.vertices[i].index()]] = others.tensors[i];
   }
   return CopyOf(tensors, stop);
@@ -308,30 +319,29 @@ Result<WantedTensors> FollowedMetric::Limit() {
   if (!limits_.on() || !committed()) return LimitAnew();
   limits_.Follow(*base_, *RawField());
   PLIANT_RETURN_IF_ERROR(status());
-  return LayLimits();
+  return LayLimits(nullptr);
 }
 
 /// Lays limits on the whole mesh. @pre the metric has a source
 Result<WantedTensors> FollowedMetric::LimitAnew() {
   PLIANT_RETURN_IF_ERROR(LoadLimits());
-  return LayLimits();
+  return LayLimits(nullptr);
 }
 
 Status FollowedMetric::LoadLimits() {
   PLIANT_CHECK(state_.source != nullptr);
   PLIANT_ASSIGN_OR_RETURN(const WantedTensors raw, Evaluate(*state_.source));
-  limits_.Load(state_.limits, raw.vertices, raw.tensors);
-  return {};
+  return limits_.Load(state_.limits, raw.vertices, raw.tensors);
 }
 
 /// Lays the limits that the limiter has been told of.
-WantedTensors FollowedMetric::LayLimits() {
-  WantedTensors wanted = limits_.Update();
+Result<WantedTensors> FollowedMetric::LayLimits(const StopSignal* stop) {
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, limits_.Update(stop));
   if (committed()) base_ = std::make_shared<FrozenMesh>(edit_);
   if (as_sent()) {
     field_ = state_.source;
   } else if (committed()) {
-    FollowMesh(wanted);
+    PLIANT_RETURN_IF_ERROR(FollowMesh(wanted, stop));
   } else {
     field_ = CopyWith(wanted, nullptr);
   }
@@ -393,9 +403,9 @@ RawTensors FollowedMetric::GoTo(const State& state, const RawTensors& raw,
     if (follows) {
       limits_.Apply(raw, touched);
     } else {
-      limits_.Load(state_.limits, raw.vertices, raw.tensors);
+      PLIANT_CHECK(limits_.Load(state_.limits, raw.vertices, raw.tensors).ok());
     }
-    (void)limits_.Update();
+    PLIANT_CHECK(limits_.Update().ok());
   }
   return AfterCommit();
 }

@@ -69,9 +69,8 @@ class FollowedMetric {
   }
 
   /// Leads back from SetField and SetTensors as long as the mesh has not changed. Nothing where
-  /// limits hold: what was put into them does not come out again.
+  /// limits are not those of the last commit, which is all that they go back to.
   [[nodiscard]] std::optional<Way> WayBack() const;
-  /// @pre no limits hold now
   void GoBack(Way way);
 
   /// What a field wants at every vertex, for SetField. @par Cost O(mesh): a formula has to be asked
@@ -87,8 +86,10 @@ class FollowedMetric {
   void Follow(std::shared_ptr<MetricField> field, const MetricSpec* spec);
 
   /// Follows another field from now on, limits laid. @param raw  Evaluate(*field)
+  /// @param stop  null: nobody; else kCancelled if it asks to, and GoBack must follow
   [[nodiscard]] Result<WantedTensors> SetField(std::shared_ptr<MetricField> field,
-                                               const MetricSpec* spec, WantedTensors raw);
+                                               const MetricSpec* spec, WantedTensors raw,
+                                               const StopSignal* stop = nullptr);
 
   /// Refuses what SetTensors cannot take. Errors: those of Remesher::SetTensors.
   [[nodiscard]] Status CheckTensors(std::span<const VertexId> vertices,
@@ -97,8 +98,7 @@ class FollowedMetric {
 
   /// Other tensors at some vertices from now on, bounds applied; the others keep theirs. Wants
   /// nothing if none differs from what is followed. @pre CheckTensors
-  /// @param stop  null: nobody; else kCancelled if it asks to, and nothing has changed. Not asked
-  ///              where limits hold.
+  /// @param stop  null: nobody; else kCancelled if it asks to, and GoBack must follow
   /// @par Cost O(k + changed since the last commit); before the first commit O(mesh)
   [[nodiscard]] Result<WantedTensors> SetTensors(std::span<const VertexId> vertices,
                                                  std::span<const Metric> tensors,
@@ -164,13 +164,14 @@ class FollowedMetric {
   [[nodiscard]] Result<WantedTensors> FollowTensors(std::span<const VertexId> vertices,
                                                     const std::vector<Metric>& tensors,
                                                     const StopSignal* stop);
-  [[nodiscard]] WantedTensors LimitTensors(std::span<const VertexId> vertices,
-                                           const std::vector<Metric>& tensors);
+  [[nodiscard]] Result<WantedTensors> LimitTensors(std::span<const VertexId> vertices,
+                                                   const std::vector<Metric>& tensors,
+                                                   const StopSignal* stop);
   [[nodiscard]] Status LoadLimits();
   [[nodiscard]] Result<WantedTensors> LimitAnew();
-  [[nodiscard]] WantedTensors LayLimits();
+  [[nodiscard]] Result<WantedTensors> LayLimits(const StopSignal* stop);
   [[nodiscard]] bool WantsCopy(const WantedTensors& others) const;
-  void FollowMesh(const WantedTensors& others);
+  Status FollowMesh(const WantedTensors& others, const StopSignal* stop);
   void FollowCommitted();
   [[nodiscard]] std::shared_ptr<MetricField> CopyWith(const WantedTensors& others,
                                                       const StopSignal* stop) const;

@@ -169,6 +169,8 @@ class PliantLoop {
     first_epoch_ = state_.epoch;
     insert_above_ = 1;
   }
+  /// Another number with every BeginUpdate.
+  [[nodiscard]] std::uint32_t epoch() const { return state_.epoch; }
   /// Nodes waiting, an upper bound while some have died in the queue.
   [[nodiscard]] std::int64_t active_count() const {
     return static_cast<std::int64_t>(state_.queue.size() + mender_.waiting_count());

@@ -4,6 +4,7 @@
 
 #include "core/base/ids.h"
 #include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/pliant/options.h"
 
@@ -34,9 +35,20 @@ class MeshChange {
   /// What the session permits its loop; a change that it need not be asked for keeps to it too.
   virtual void Permit(const Permissions& /*permissions*/) {}
 
+  /// Somebody who may want Apply to end before it is done, with the error of Stopped(): from the
+  /// next Apply on. Null: nobody. Not owned.
+  void ListenTo(const StopSignal* stop) { stop_ = stop; }
+
   /// Changes the mesh. On an error the caller undoes what was done; it may also undo what went
   /// well, to see whether it would, and ask again.
   virtual Result<Outcome> Apply(MeshEdit& edit) = 0;
+
+ protected:
+  [[nodiscard]] const StopSignal* stop() const { return stop_; }
+  [[nodiscard]] bool stop_asked() const { return stop_ != nullptr && stop_->asked(); }
+
+ private:
+  const StopSignal* stop_ = nullptr;
 };
 
 }  // namespace pliant

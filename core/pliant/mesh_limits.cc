@@ -58,18 +58,24 @@ RawTensors Merge(const RawTensors& first, const RawTensors& second) {
   return merged;
 }
 
-void MeshLimits::Load(const GradationOptions& options, std::span<const VertexId> vertices,
-                      std::span<const Metric> tensors) {
+Status MeshLimits::Load(const GradationOptions& options, std::span<const VertexId> vertices,
+                        std::span<const Metric> tensors, const StopSignal* stop) {
   options_ = options;
   segments_ = options.geometry == 0 && options.gap_element_count == 0
                   ? nullptr
                   : std::make_shared<BoundaryGaps>(mesh_);
   limiter_ = std::make_shared<MetricLimiter>(options);
+  StopPoll stopped(stop);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (stopped()) return Stopped();
     if (mesh_.IsLive(vertices[i])) SetRaw(vertices[i], tensors[i]);
   }
   // Only damaged data that a checksum vouches for leaves a vertex out.
-  for (std::int32_t v = 0; v < mesh_.vertex_slots(); ++v) GiveRaw(VertexId(v));
+  for (std::int32_t v = 0; v < mesh_.vertex_slots(); ++v) {
+    if (stopped()) return Stopped();
+    GiveRaw(VertexId(v));
+  }
+  return {};
 }
 
 /// A live vertex that nobody gave a raw tensor wants what it has.
@@ -186,9 +192,10 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
   RenewCaps(std::move(capped));
 }
 
-WantedTensors MeshLimits::Update() {
+Result<WantedTensors> MeshLimits::Update(const StopSignal* stop) {
   MeshRings rings(mesh_);
-  const LimitChanges changes = limiter_->Update(rings);
+  const LimitChanges changes = limiter_->Update(rings, stop);
+  if (changes.stopped) return Stopped();
   const LimitTotals& totals = limiter_->totals();
   report_ = {.limits = true,
              .smoothing_count = totals.smoothing_count,
@@ -203,7 +210,9 @@ WantedTensors MeshLimits::Update() {
   WantedTensors wanted;
   wanted.vertices.reserve(changes.vertices.size());
   wanted.tensors.reserve(changes.vertices.size());
+  StopPoll stopped(stop);
   for (const std::int32_t v : changes.vertices) {
+    if (stopped()) return Stopped();
     wanted.vertices.emplace_back(v);
     wanted.tensors.push_back(limiter_->Limited(v));
   }

@@ -6,6 +6,8 @@
 #include <vector>
 
 #include "core/base/ids.h"
+#include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/mesh/frozen_mesh.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/metric/gradation.h"
@@ -55,8 +57,9 @@ class MeshLimits {
     report_ = {};
   }
   /// Begins anew with a raw tensor for every vertex. @par Cost O(mesh), and Update too
-  void Load(const GradationOptions& options, std::span<const VertexId> vertices,
-            std::span<const Metric> tensors);
+  /// @param stop  null: nobody; else kCancelled if it asks to, and Rollback must follow
+  Status Load(const GradationOptions& options, std::span<const VertexId> vertices,
+              std::span<const Metric> tensors, const StopSignal* stop = nullptr);
 
   /// A vertex wants another tensor. Takes effect with Update. @pre on()
   void SetRaw(VertexId vertex, const Metric& raw);
@@ -74,9 +77,10 @@ class MeshLimits {
   void Follow(FrozenMesh& base, const MetricField& raw);
 
   /// Lays the limits on the mesh as it is now.
+  /// @param stop  null: nobody; else kCancelled if it asks to, and Rollback must follow
   /// @return the vertices whose limited tensors may be others than before.
   /// @par Cost O(changed log changed)
-  WantedTensors Update();
+  Result<WantedTensors> Update(const StopSignal* stop = nullptr);
 
   [[nodiscard]] const MetricReport& report() const { return report_; }
   /// True if any vertex has another tensor than it wanted.
@@ -86,6 +90,10 @@ class MeshLimits {
   /// @pre nothing happened since Update @par Cost O(changed)
   RawTensors Commit();
   void Rollback();
+  /// True if there is nothing to go back from.
+  [[nodiscard]] bool as_committed() const {
+    return limiter_ == committed_ && (limiter_ == nullptr || limiter_->as_committed());
+  }
 
   /// Raw tensors of all vertices, or of some where they have one.
   [[nodiscard]] RawTensors All() const;

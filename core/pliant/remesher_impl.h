@@ -77,6 +77,11 @@ class Remesher::Impl {
     SharedFields fields;
   };
 
+  /// How long work listens to a stop signal.
+  enum class Asks {
+    kBeforeChanges,  ///< Until it changes the mesh.
+    kToTheEnd,       ///< To its end: who called it goes back to the commit.
+  };
   enum class Fate { kKept, kUndone };
   /// Carries a change out, and undoes it if something is wrong with it or it is to be undone.
   Result<MeshChange::Outcome> Try(MeshChange& change, Fate fate);
@@ -88,9 +93,12 @@ class Remesher::Impl {
   Status LetMetricFollow();
   Status LimitAgain();
   [[nodiscard]] const StopSignal* StopOfWhole() const;
-  Status ApplyOrGoBack(WantedTensors wanted, const StopSignal* stop,
+  Status ApplyOrGoBack(Result<WantedTensors> wanted, const StopSignal* stop,
                        std::optional<FollowedMetric::Way> way);
-  Status Apply(WantedTensors wanted, const StopSignal* stop);
+  Status Apply(WantedTensors wanted, const StopSignal* stop, Asks asks = Asks::kBeforeChanges);
+  [[nodiscard]] bool nothing_staged() const;
+  void GoBackToCommit();
+  Status FollowChange(MeshChange::Outcome outcome, const StopSignal* stop);
   void ChangeInBulk();
 
   MeshDiff CommitMesh();

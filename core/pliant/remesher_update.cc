@@ -53,9 +53,9 @@ Status Remesher::Impl::SetField(std::unique_ptr<MetricField> field, const Metric
   LeaveNestedBuild();
   carriers_.clear();  // Another field replaces what they carried.
   auto way = followed_.WayBack();
-  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted,
-                          followed_.SetField(std::move(field), spec, std::move(raw)));
-  return ApplyOrGoBack(std::move(wanted), stop, std::move(way));
+  return ApplyOrGoBack(
+      followed_.SetField(std::move(field), spec, std::move(raw), way ? stop : nullptr), stop,
+      std::move(way));
 }
 
 Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
@@ -67,8 +67,8 @@ Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
   LeaveNestedBuild();
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   auto way = followed_.WayBack();
-  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.SetTensors(vertices, tensors, stop));
-  if (wanted.vertices.empty()) return {};
+  Result<WantedTensors> wanted = followed_.SetTensors(vertices, tensors, way ? stop : nullptr);
+  if (wanted.ok() && wanted->vertices.empty()) return {};
   return ApplyOrGoBack(std::move(wanted), stop, std::move(way));
 }
 
@@ -77,12 +77,34 @@ const StopSignal* Remesher::Impl::StopOfWhole() const {
   return nested_ || !carriers_.empty() ? nullptr : stop_;
 }
 
-/// Applies what a metric update wants, or goes back to what was followed before.
-Status Remesher::Impl::ApplyOrGoBack(WantedTensors wanted, const StopSignal* stop,
+/// True if the session is as its last commit left it, but for values of fields.
+bool Remesher::Impl::nothing_staged() const {
+  return revision_ != Revision::kNone && edit_.log().empty() &&
+         loop_.epoch() == committed_.loop.epoch;
+}
+
+/// Undoes an update that was stopped. @pre nothing_staged() before it
+void Remesher::Impl::GoBackToCommit() {
+  edit_.Rollback();
+  carriers_.clear();
+  rewoken_.clear();
+  domain_replaced_ = false;
+  followed_.Rollback(committed_.followed);
+  loop_.Restore(committed_.loop);
+}
+
+/// Applies what a metric update wants, or goes back to what was followed before, if there is a way.
+Status Remesher::Impl::ApplyOrGoBack(Result<WantedTensors> wanted, const StopSignal* stop,
                                      std::optional<FollowedMetric::Way> way) {
-  const bool may_stop = way.has_value() && !followed_.limits().on();
-  Status applied = Apply(std::move(wanted), may_stop ? stop : nullptr);
-  if (!applied.ok()) followed_.GoBack(*std::move(way));
+  const Asks asks = nothing_staged() ? Asks::kToTheEnd : Asks::kBeforeChanges;
+  const Status applied =
+      wanted.ok() ? Apply(*std::move(wanted), way ? stop : nullptr, asks) : Status(wanted.error());
+  if (applied.ok() || !way) return applied;
+  if (asks == Asks::kToTheEnd) {
+    GoBackToCommit();
+  } else {
+    followed_.GoBack(*std::move(way));
+  }
   return applied;
 }
 
@@ -93,6 +115,9 @@ Status Remesher::Impl::Change(MeshChange& change) {
                  "it be linear or bounded, or drop it, in an advance before this one",
                  "domain"};
   }
+  // What is done before a change is carried out cannot be taken back.
+  const StopSignal* const stop = StopOfWhole();
+  const bool may_go_back = stop != nullptr && nothing_staged();
   LeaveNestedBuild();
   change.Permit(options_.permissions);
   if (!carriers_.empty()) {
@@ -101,20 +126,36 @@ Status Remesher::Impl::Change(MeshChange& change) {
     PLIANT_RETURN_IF_ERROR(Try(change, Fate::kUndone));
     PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   }
+  change.ListenTo(stop);
   Result<MeshChange::Outcome> outcome = Try(change, Fate::kKept);
   if (!outcome.ok()) return outcome.error();
   domain_replaced_ = domain_replaced_ || change.replaces_domain();
   followed_.MeshMoved();
-  for (const VertexId vertex : outcome->created) {
+  const Status followed = FollowChange(*std::move(outcome), may_go_back ? stop : nullptr);
+  if (!followed.ok()) GoBackToCommit();
+  return followed;
+}
+
+/// Lets metric and loop know of a change that was carried out.
+/// @param stop  null: nobody; else kCancelled if it asks to, and the caller goes back
+Status Remesher::Impl::FollowChange(MeshChange::Outcome outcome, const StopSignal* stop) {
+  StopPoll stopped(stop);
+  for (const VertexId vertex : outcome.created) {
+    if (stopped()) return Stopped();
     edit_.SetMetric(vertex, followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
   }
-  WantedTensors wanted{std::move(outcome->moved), {}};
+  WantedTensors wanted{std::move(outcome.moved), {}};
+  wanted.tensors.reserve(wanted.vertices.size());
   for (const VertexId vertex : wanted.vertices) {
+    if (stopped()) return Stopped();
     wanted.tensors.push_back(followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
   }
-  PLIANT_RETURN_IF_ERROR(Apply(std::move(wanted), nullptr));
-  for (const VertexId vertex : outcome->disturbed) loop_.Wake(vertex);
-  carriers_ = std::move(outcome->carriers);
+  PLIANT_RETURN_IF_ERROR(Apply(std::move(wanted), stop, Asks::kToTheEnd));
+  for (const VertexId vertex : outcome.disturbed) {
+    if (stopped()) return Stopped();
+    loop_.Wake(vertex);
+  }
+  carriers_ = std::move(outcome.carriers);
   return {};
 }
 
@@ -262,8 +303,8 @@ Status Remesher::Impl::LimitAgain() {
 
 /// Takes over tensors that differ by more than the tolerance, and wakes their nodes. Smaller
 /// changes leave the old tensor in place, so that many of them add up and are seen at last.
-/// @param stop  null: nobody; else kCancelled if it asks to before anything has changed
-Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop) {
+/// @param stop  null: nobody; else kCancelled if it asks to
+Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop, Asks asks) {
   std::vector<VertexId> disturbed;
   std::int64_t carried_count = 0;
   // Only a mesh at rest, at the beginning of an update: later there is nothing left to carry.
@@ -276,7 +317,7 @@ Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop) {
     disturbed = std::move(carried->disturbed);
     carried_count = carried->carried_count;
   }
-  StopPoll stopped(carried_count > 0 ? nullptr : stop);
+  StopPoll stopped(carried_count == 0 || asks == Asks::kToTheEnd ? stop : nullptr);
   std::vector<std::size_t> others;
   for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
     if (stopped()) return Stopped();
@@ -288,6 +329,7 @@ Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop) {
     loop_.InsertLess();
   }
   for (const std::size_t i : others) {
+    if (asks == Asks::kToTheEnd && stopped()) return Stopped();
     const double change = RelativeChange(mesh_.metric(wanted.vertices[i]), wanted.tensors[i]);
     edit_.SetMetric(wanted.vertices[i], wanted.tensors[i]);
     loop_.Wake(wanted.vertices[i]);

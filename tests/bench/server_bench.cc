@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <chrono>
+#include <cmath>
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -119,8 +120,25 @@ json Sessions(int workers, int count, int seconds, int threads) {
           {"rss_mib_last", rss.back()}};
 }
 
+/// What updates of one kind cost, against the core alone.
+struct OverheadSamples {
+  std::vector<double> ratios;
+  std::vector<double> cpu_ratios;
+  std::vector<double> totals;
+  std::vector<double> staging;
+  std::vector<double> around;  ///< From the advance to the applied replica, less loop and commit.
+
+  [[nodiscard]] json Summary() const {
+    return {{"end_to_end", Percentiles(totals)},
+            {"staging", Percentiles(staging)},
+            {"around_advance", Percentiles(around)},
+            {"ratio_median", Percentiles(ratios)["p50_ms"].get<double>() * 1e-3},
+            {"cpu_ratio_median", Percentiles(cpu_ratios)["p50_ms"].get<double>() * 1e-3}};
+  }
+};
+
 /// End to end to the applied replica, in turns with the same updates in this process, which give
-/// the same bits.
+/// the same bits. Two updates, there and back, wait for every answer, the next two are sent ahead.
 json Overhead(int workers, double nodes, int updates) {
   const BenchServer run = ServerWith(workers);
   client::Client client = run.Connect();
@@ -128,15 +146,14 @@ json Overhead(int workers, double nodes, int updates) {
   const auto twin = Must(Remesher::Create(Square(), Uniform(SizeFor(nodes)), {}));
   Must(twin->Step({}));
   twin->Commit();
-  std::vector<double> ratios;
-  std::vector<double> cpu_ratios;
-  std::vector<double> totals;
+  OverheadSamples waiting;
+  OverheadSamples ahead;
   std::vector<double> core;
-  std::vector<double> staging;
   std::vector<double> core_staging;
-  std::vector<double> around;  // From the advance to the applied replica, less loop and commit.
   constexpr int kWarmUps = 4;
-  for (int i = 0; i < kWarmUps + updates; ++i) {
+  for (int i = 0; i < kWarmUps + 2 * updates; ++i) {
+    const bool waits = i / 2 % 2 == 0;
+    session.SetAnswers(waits ? client::Answers::kAtOnce : client::Answers::kWithAdvance);
     const double total = session.Update();
     const double cpu_begin = CpuSeconds();
     const auto begin = steady_clock::now();
@@ -148,25 +165,21 @@ json Overhead(int workers, double nodes, int updates) {
     const double cpu_alone = CpuSeconds() - cpu_begin;
     if (diff.summary != session.last().summary) Must(Error{ErrorCode::kReplicaMismatch, "twins"});
     if (i < kWarmUps) continue;
-    totals.push_back(total);
     core.push_back(alone);
-    staging.push_back(session.staging());
     core_staging.push_back(staged);
-    around.push_back(total - session.staging() - Seconds(session.last().compute_time));
-    ratios.push_back(total / alone);
-    cpu_ratios.push_back(session.cpu() / cpu_alone);
+    OverheadSamples& samples = waits ? waiting : ahead;
+    samples.totals.push_back(total);
+    samples.staging.push_back(session.staging());
+    samples.around.push_back(total - session.staging() - Seconds(session.last().compute_time));
+    samples.ratios.push_back(total / alone);
+    samples.cpu_ratios.push_back(session.cpu() / cpu_alone);
   }
-  std::sort(ratios.begin(), ratios.end());
-  std::sort(cpu_ratios.begin(), cpu_ratios.end());
   return {{"nodes", session.last().summary.vertex_count},
           {"changed", session.ids().size()},
-          {"end_to_end", Percentiles(totals)},
           {"core", Percentiles(core)},
-          {"staging", Percentiles(staging)},
           {"core_staging", Percentiles(core_staging)},
-          {"around_advance", Percentiles(around)},
-          {"ratio_median", ratios[ratios.size() / 2]},
-          {"cpu_ratio_median", cpu_ratios[cpu_ratios.size() / 2]}};
+          {"waiting", waiting.Summary()},
+          {"ahead", ahead.Summary()}};
 }
 
 MetricSpec DentedFormula(double nodes) {
@@ -186,6 +199,27 @@ void StepToTheEnd(server::Engine& engine, const StopSignal* stop) {
     reason = Must(engine.Step({.visits_max = server::kVisitsPerStep, .stop = stop})).stop_reason;
   }
 }
+
+/// Never asks anybody to stop, and takes the time between two looks: what a cancel would wait for.
+class LongestSilence final : public StopSignal {
+ public:
+  [[nodiscard]] bool asked() const override {
+    End();
+    return false;
+  }
+  void Begin() const { last_ = steady_clock::now(); }
+  void End() const {
+    const auto now = steady_clock::now();
+    longest_ = std::max(longest_, now - last_);
+    last_ = now;
+  }
+  /// The longest of all, in ms.
+  [[nodiscard]] double longest_ms() const { return 1e3 * Seconds(longest_); }
+
+ private:
+  mutable steady_clock::time_point last_;
+  mutable steady_clock::duration longest_{0};
+};
 
 /// Has some work stopped at random moments. @return how long it took from each request to the end
 /// of the work, where it had not ended before; `undo` is called after each time
@@ -208,6 +242,45 @@ json StopAtRandom(double duration, int trials, Rng& rng, const Work& work, const
     if (end > asked) latencies.push_back(Seconds(end - asked));
   }
   return latencies.empty() ? json{{"count", 0}} : Percentiles(latencies);
+}
+
+MetricSpec Limited(MetricSpec spec) {
+  spec.gradation.gradation = 1.05;
+  return spec;
+}
+
+/// Every vertex inside the square goes a little way, each another one.
+MotionRequest Shake(const MeshDiff& snapshot, double by) {
+  MotionRequest request;
+  for (std::size_t i = 0; i < snapshot.vertex_ids.size(); ++i) {
+    const Vec2 p = snapshot.vertex_positions[i];
+    if (p.x <= 0 || p.x >= 1 || p.y <= 0 || p.y >= 1) continue;
+    const double phase = 0.7 * static_cast<double>(i);
+    request.vertices.push_back(snapshot.vertex_ids[i]);
+    request.positions.push_back(p + by * Vec2{std::sin(phase), std::cos(phase)});
+  }
+  return request;
+}
+
+/// One side goes inwards, with a layer of a tenth of the square.
+MotionRequest PushedSide(double nodes) {
+  MotionRequest request;
+  request.tags = {{{4}, Translation{{10 * SizeFor(nodes), 0}}}};
+  request.follow_length = 0.1 / SizeFor(nodes);
+  return request;
+}
+
+/// With a hole that takes a quarter of it.
+Domain SquareWithHole() {
+  Domain domain = Square();
+  constexpr int kCorners = 64;
+  for (int i = 0; i < kCorners; ++i) {
+    const double angle = 6.283185307179586 * i / kCorners;
+    domain.points.push_back(Vec2{0.5, 0.5} + 0.28 * Vec2{std::cos(angle), std::sin(angle)});
+    domain.segments.push_back({4 + i, 4 + (i + 1) % kCorners, 5});
+  }
+  domain.holes.push_back({0.5, 0.5});
+  return domain;
 }
 
 /// How soon a first build and the staging of updates end when they are told to.
@@ -233,7 +306,13 @@ json Cancels(double nodes, int trials) {
   const std::vector<VertexId> vertices = engine->Vertices();
   const std::vector<Metric> tensors(vertices.size(), Metric::Isotropic(0.9 * SizeFor(nodes)));
   const auto stage = [&](const std::string& name, const auto& update) {
-    const double duration = time([&] { Must(update()); });
+    const LongestSilence silence;
+    engine->ListenTo(&silence);
+    const double duration = time([&] {
+      silence.Begin();
+      Must(update());
+      silence.End();
+    });
     const auto undo = [&] {
       engine->ListenTo(nullptr);
       engine->Rollback();
@@ -245,9 +324,20 @@ json Cancels(double nodes, int trials) {
     };
     result[name] = StopAtRandom(duration, trials, rng, work, undo);
     result[name]["whole_ms"] = 1e3 * duration;
+    result[name]["longest_unasked_ms"] = silence.longest_ms();
   };
   stage("stage_formula", [&] { return engine->SetMetric(DentedFormula(nodes)); });
+  stage("stage_limits", [&] { return engine->SetMetric(Limited(DentedFormula(nodes))); });
   stage("stage_all_tensors", [&] { return engine->SetTensors(vertices, tensors); });
+  const MotionRequest shake = Shake(engine->Snapshot(), 0.05 * SizeFor(nodes));
+  stage("move_nodes", [&] { return engine->Move(shake); });
+  stage("move_boundary", [&] { return engine->Move(PushedSide(nodes)); });
+  stage("replace_domain", [&] { return engine->ReplaceDomain(SquareWithHole()); });
+  Must(engine->SetMetric(Limited(Uniform(SizeFor(nodes)))));
+  StepToTheEnd(*engine, nullptr);
+  (void)engine->Commit();
+  stage("stage_formula_under_limits",
+        [&] { return engine->SetMetric(Limited(DentedFormula(nodes))); });
   result["build"]["whole_ms"] = 1e3 * build;
   return {{"nodes", vertices.size()}, {"phases", result}};
 }
@@ -265,13 +355,18 @@ json Stretches(double nodes) {
   time("read_input_ms", [&] { engine = NewEngine(nodes); });
   const auto run = [&](const std::string& phase) {
     std::vector<double> steps;
+    const LongestSilence silence;
     for (bool more = true; more;) {
       const auto begin = steady_clock::now();
-      const Progress progress = Must(engine->Step({.visits_max = server::kVisitsPerStep}));
+      silence.Begin();
+      const Progress progress =
+          Must(engine->Step({.visits_max = server::kVisitsPerStep, .stop = &silence}));
+      silence.End();
       steps.push_back(Seconds(steady_clock::now() - begin));
       more = progress.stop_reason == StopReason::kVisitBudget;
     }
     phases[phase] = Percentiles(steps);
+    phases[phase]["longest_unasked_ms"] = silence.longest_ms();
     phases[phase]["longer_than_10_ms"] =
         std::count_if(steps.begin(), steps.end(), [](double step) { return step > 0.01; });
     time(phase + "_troubles_ms", [&] { (void)engine->FindTroubles(); });

@@ -26,17 +26,23 @@ def main():
     assert sessions["latency"]["count"] == 24
     assert sessions["rss_mib_last"] > 0
     overhead = run("overhead", "--nodes", "5000", "--updates", "5")
-    check_percentiles(overhead["end_to_end"])
-    assert overhead["ratio_median"] > 0
-    assert overhead["cpu_ratio_median"] > 0
+    for answers in ("waiting", "ahead"):
+        check_percentiles(overhead[answers]["end_to_end"])
+        assert overhead[answers]["end_to_end"]["count"] == 5
+        assert overhead[answers]["ratio_median"] > 0
+        assert overhead[answers]["cpu_ratio_median"] > 0
     assert 20 < overhead["changed"] < 200, overhead["changed"]
     phases = run("stretches", "--nodes", "5000")["phases"]
     for phase in ("build", "formula", "tensors"):
         check_percentiles(phases[phase])
+        assert 0 < phases[phase]["longest_unasked_ms"] <= phases[phase]["max_ms"]
         assert phases[phase + "_commit_ms"] > 0
     phases = run("cancels", "--nodes", "20000", "--updates", "5")["phases"]
-    for phase in ("build", "stage_formula", "stage_all_tensors"):
+    for phase in ("build", "stage_formula", "stage_limits", "stage_all_tensors", "move_nodes",
+                  "move_boundary", "replace_domain", "stage_formula_under_limits"):
         assert phases[phase]["count"] <= 5 and phases[phase]["whole_ms"] > 0, phases
+        if phase != "build":
+            assert 0 < phases[phase]["longest_unasked_ms"] <= phases[phase]["whole_ms"], phases
 
 
 if __name__ == "__main__":

@@ -3,6 +3,8 @@
 // Method: twins, of which one is stopped at its first look, its second, and so on.
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
 #include <memory>
 #include <string>
 #include <utility>
@@ -10,6 +12,8 @@
 
 #include "core/base/stop_signal.h"
 #include "core/mesh/export_mesh.h"
+#include "core/motion/move.h"
+#include "core/motion/replace_domain.h"
 #include "core/pliant/remesher.h"
 #include "core/threads/thread_pool.h"
 #include "tests/support/cases.h"
@@ -154,6 +158,140 @@ TEST(Interrupted, AFrontIsCarriedAlongOrNotAtAll) {
       Start(testing::ShockCase(kNodes, 0.4)), Start(testing::ShockCase(kNodes, 0.4)),
       [](Remesher& remesher) { return remesher.SetField(testing::ShockCase(kNodes, 0.42).field); },
       /*stops_min=*/200);
+}
+
+/// A size that grows faster than most limits allow, from a line on.
+MetricSpec Steep(double from, const GradationOptions& limits) {
+  return {.source = SizeMetric{"0.01 + 0.9*abs(x - " + std::to_string(from) + ")"},
+          .bounds = {.size_max = 0.02},
+          .gradation = limits};
+}
+
+std::unique_ptr<Remesher> StartWith(const MetricSpec& spec) {
+  return Remesher::Create(testing::Rectangle({0, 0}, {1, 1}), spec, {}).value();
+}
+
+constexpr GradationOptions kLoose{.gradation = 1.5};
+constexpr GradationOptions kAll{
+    .gradation = 1.2, .rotation = 0.7, .geometry = 1, .gap_element_count = 2, .smoothing_count = 2};
+
+/// @param from, to  a session follows one and is then given the other
+void ExpectSameBitsOfLimits(const MetricSpec& from, const MetricSpec& to, int stops_min) {
+  ExpectSameBitsWithStops(
+      StartWith(from), StartWith(from), [&](Remesher& remesher) { return remesher.SetMetric(to); },
+      stops_min);
+}
+
+TEST(Interrupted, LimitsAreLaidWholeOrNotAtAll) {
+  ExpectSameBitsOfLimits(Steep(0.3, {}), Steep(0.3, kLoose), /*stops_min=*/10);
+  ExpectSameBitsOfLimits(Steep(0.3, {}), Steep(0.3, kAll), /*stops_min=*/12);
+}
+
+TEST(Interrupted, AMetricWithLimitsIsTakenOverWholeOrNotAtAll) {
+  ExpectSameBitsOfLimits(Steep(0.3, kAll), Steep(0.305, kAll), /*stops_min=*/10);
+  ExpectSameBitsOfLimits(Steep(0.3, kAll), Steep(0.6, kAll), /*stops_min=*/10);
+  ExpectSameBitsOfLimits(Steep(0.3, kAll), Steep(0.4, kLoose), /*stops_min=*/10);
+  ExpectSameBitsOfLimits(Steep(0.3, kAll), Steep(0.3, {}), /*stops_min=*/1);
+}
+
+TEST(Interrupted, TensorsUnderLimitsAreTakenOverWholeOrNotAtAll) {
+  for (const std::size_t stride : {std::size_t{1}, std::size_t{50}}) {
+    ExpectSameBitsWithStops(
+        StartWith(Steep(0.3, kAll)), StartWith(Steep(0.3, kAll)),
+        [&](Remesher& remesher) {
+          std::vector<VertexId> vertices;
+          std::vector<Metric> tensors;
+          const std::vector<VertexId> live = ExportMesh(remesher.mesh()).vertex_ids;
+          for (std::size_t i = 0; i < live.size(); i += stride) {
+            vertices.push_back(live[i]);
+            tensors.push_back(1.5 * remesher.mesh().metric(live[i]));
+          }
+          return remesher.SetTensors(vertices, tensors);
+        },
+        /*stops_min=*/8);
+  }
+}
+
+/// Every vertex inside goes a little way, each another one.
+MotionRequest Shake(const Mesh& mesh) {
+  MotionRequest request;
+  for (const VertexId vertex : ExportMesh(mesh).vertex_ids) {
+    if (mesh.vertex(vertex).edge.valid() || mesh.vertex(vertex).fixed) continue;
+    const double phase = 10.0 * vertex.value();
+    request.vertices.push_back(vertex);
+    const double size = 1 / std::sqrt(mesh.metric(vertex).m11);
+    request.positions.push_back(mesh.position(vertex) +
+                                0.1 * size * Vec2{std::sin(phase), std::cos(phase)});
+  }
+  return request;
+}
+
+TEST(Interrupted, NodesAreMovedWholeOrNotAtAll) {
+  ExpectSameBitsWithStops(
+      StartWith(Steep(0.3, {})), StartWith(Steep(0.3, {})),
+      [](Remesher& remesher) {
+        const Result<MotionReport> report = MoveVertices(remesher, Shake(remesher.mesh()));
+        return report.ok() ? Status() : Status(report.error());
+      },
+      /*stops_min=*/8);
+}
+
+/// The left side of the square goes inwards, and a layer at it.
+MotionRequest Push(double by) {
+  MotionRequest request;
+  request.tags = {{{4}, Translation{{by, 0}}}};
+  request.follow_length = 3;
+  return request;
+}
+
+// Goal: the same for a boundary whose layer goes with it; the second motion finds tensors that the
+//       first one's layer brought along and that are no metric yet.
+TEST(Interrupted, ABoundaryIsMovedWholeOrNotAtAll) {
+  const auto push = [](double by) {
+    return [by](Remesher& remesher) {
+      const Result<MotionReport> report = MoveVertices(remesher, Push(by));
+      return report.ok() ? Status() : Status(report.error());
+    };
+  };
+  ExpectSameBitsWithStops(StartWith(Steep(0, kLoose)), StartWith(Steep(0, kLoose)), push(0.1), 5);
+  const auto undisturbed = StartWith(Steep(0, {}));
+  const auto stopped = StartWith(Steep(0, {}));
+  for (const auto& remesher : {undisturbed.get(), stopped.get()}) {
+    Settle(*remesher);
+    ASSERT_TRUE(push(0.05)(*remesher).ok());
+  }
+  ASSERT_TRUE(push(0.04)(*undisturbed).ok());
+  for (int place = 1;; ++place) {
+    const StopAfter stop(place);
+    stopped->ListenTo(&stop);
+    const Status status = push(0.04)(*stopped);
+    stopped->ListenTo(nullptr);
+    if (status.ok()) break;
+    ASSERT_EQ(status.error().code, ErrorCode::kCancelled) << status.error().message;
+    ASSERT_EQ(Faults(stopped->mesh()), "");
+  }
+  Settle(*undisturbed);
+  Settle(*stopped);
+  EXPECT_EQ(stopped->Snapshot().summary, undisturbed->Snapshot().summary);
+}
+
+TEST(Interrupted, ADomainIsReplacedWholeOrNotAtAll) {
+  Domain other = testing::Rectangle({0, 0}, {1, 1});
+  const auto first = static_cast<std::int32_t>(other.points.size());
+  for (const Vec2 corner : {Vec2{0.4, 0.4}, Vec2{0.7, 0.45}, Vec2{0.5, 0.7}}) {
+    other.points.push_back(corner);
+  }
+  for (std::int32_t i = 0; i < 3; ++i) {
+    other.segments.push_back({first + i, first + (i + 1) % 3, 9});
+  }
+  other.holes.push_back({0.52, 0.5});
+  ExpectSameBitsWithStops(
+      StartWith(Steep(0.3, {})), StartWith(Steep(0.3, {})),
+      [&](Remesher& remesher) {
+        const Result<DomainReport> report = ReplaceDomain(remesher, other);
+        return report.ok() ? Status() : Status(report.error());
+      },
+      /*stops_min=*/8);
 }
 
 }  // namespace

@@ -60,7 +60,7 @@ class LimitedMesh {
     const std::vector<VertexId> live = testing::LiveVertices(mesh());
     std::vector<Metric> raw;
     for (const VertexId v : live) raw.push_back(Formula(mesh().position(v)));
-    limits_.Load(options_, live, raw);
+    EXPECT_TRUE(limits_.Load(options_, live, raw).ok());
   }
 
   /// Edits, and tensors at some vertices. @return what the limits changed
@@ -74,7 +74,7 @@ class LimitedMesh {
     for (std::uint64_t i = 0; i < tensors; ++i) {
       limits_.SetRaw(live[rng().Below(live.size())], RandomTensor(rng()));
     }
-    WantedTensors wanted = limits_.Update();
+    WantedTensors wanted = limits_.Update().value();
     base_ = std::make_shared<FrozenMesh>(made_->edit);
     return wanted;
   }
@@ -221,9 +221,11 @@ TEST(MeshLimits, LimitTheSizeAtShortSegments) {
   const std::vector<VertexId> live = testing::LiveVertices(made->mesh);
   ASSERT_EQ(live.size(), 5U);
   MeshLimits limits(made->edit);
-  limits.Load({.gradation = 1.5, .geometry = 1}, live,
-              std::vector<Metric>(5, Metric::Isotropic(0.5)));
-  const WantedTensors wanted = limits.Update();
+  ASSERT_TRUE(limits
+                  .Load({.gradation = 1.5, .geometry = 1}, live,
+                        std::vector<Metric>(5, Metric::Isotropic(0.5)))
+                  .ok());
+  const WantedTensors wanted = limits.Update().value();
   EXPECT_NEAR(wanted.tensors[1].m11, 400, 1e-9);
   EXPECT_NEAR(wanted.tensors[2].m11, 400, 1e-9);
   EXPECT_NEAR(wanted.tensors[0].m11, std::pow(0.05 + 0.4054651081, -2), 1e-6);
@@ -251,8 +253,10 @@ TEST(MeshLimits, ForgetShortSegmentsAtVerticesThatAreGivenNoMore) {
   for (std::int32_t i = 0; i < 5; ++i) domain.segments.push_back({i, (i + 1) % 5, 1});
   const auto made = testing::DomainMesh(domain);
   MeshLimits limits(made->edit);
-  limits.Load({.gradation = 1.5, .geometry = 1}, testing::LiveVertices(made->mesh),
-              std::vector<Metric>(5, Metric::Isotropic(0.5)));
+  ASSERT_TRUE(limits
+                  .Load({.gradation = 1.5, .geometry = 1}, testing::LiveVertices(made->mesh),
+                        std::vector<Metric>(5, Metric::Isotropic(0.5)))
+                  .ok());
   (void)limits.Update();
   (void)made->edit.Commit(Revision(1));
   (void)limits.Commit();
@@ -280,9 +284,11 @@ TEST(MeshLimits, LimitTheSizeInGaps) {
   const std::vector<VertexId> live = testing::LiveVertices(made->mesh);
   ASSERT_EQ(live.size(), 7U);
   MeshLimits limits(made->edit);
-  limits.Load({.gradation = 1.1, .gap_element_count = 2}, live,
-              std::vector<Metric>(7, Metric::Isotropic(0.1)));
-  const WantedTensors wanted = limits.Update();
+  ASSERT_TRUE(limits
+                  .Load({.gradation = 1.1, .gap_element_count = 2}, live,
+                        std::vector<Metric>(7, Metric::Isotropic(0.1)))
+                  .ok());
+  const WantedTensors wanted = limits.Update().value();
   // Down from the hole's flat side it is 0.1 to the wall: two elements of 0.05.
   EXPECT_NEAR(wanted.tensors[4].m11, 400, 1e-9);
   EXPECT_NEAR(wanted.tensors[5].m11, 400, 1e-9);
