@@ -1,11 +1,9 @@
 #include "server/sleeper.h"
 
-#ifdef __GLIBC__
-#include <malloc.h>
-#endif
-
 #include <algorithm>
 #include <utility>
+
+#include "core/base/freed_memory.h"
 
 namespace pliant::server {
 namespace {
@@ -27,14 +25,6 @@ constexpr std::int64_t kNearShare = 8;
 std::int64_t UsableOf(const Sleeper::Policy& policy) {
   const std::int64_t limit = policy.memory_bytes_max;
   return policy.resident ? limit - limit / kMarginShare : limit;
-}
-
-/// Gives the system back what sessions have freed. The allocator keeps it where small pieces of
-/// other sessions lie between, which after thousands of them is as much as the limit itself.
-void ReturnFreedMemory() {
-#ifdef __GLIBC__
-  malloc_trim(0);
-#endif
 }
 
 }  // namespace

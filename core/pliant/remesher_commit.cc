@@ -8,12 +8,16 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/freed_memory.h"
 #include "core/mesh/committed_snapshot.h"
 #include "core/pliant/remesher_impl.h"
 #include "core/transfer/check_fields.h"
 
 namespace pliant {
 namespace {
+
+/// The first build of so many vertices leaves megabytes that it no longer needs.
+constexpr std::int32_t kLargeBuild = 1 << 16;
 
 Error NoRevision() {
   return {ErrorCode::kRevisionNotFound, "the session has no revision yet; commit one first",
@@ -68,6 +72,9 @@ MeshDiff Remesher::Impl::CommitMesh() {
   committed_ = {followed_.state(), loop_.Save(), nullptr};
   domain_replaced_ = false;
   rewoken_.clear();
+  if (previous_revision_ == Revision::kNone && mesh_.vertex_count() >= kLargeBuild) {
+    ReturnFreedMemory();
+  }
   return diff;
 }
 
