@@ -129,7 +129,7 @@ double LogDistance(const LogMetric& a, const LogMetric& b) {
 Metric GeometricMean(const Metric& a, const Metric& b) {
   const double root_a = std::sqrt(Determinant(a));
   const double root_b = std::sqrt(Determinant(b));
-  const Metric sum = (1 / root_a) * a + (1 / root_b) * b;  // Of two of determinant 1.
+  const Metric sum = root_b * a + root_a * b;
   const Metric mean = std::sqrt(root_a * root_b / Determinant(sum)) * sum;
   return IsPositiveDefinite(mean) ? mean : 0.5 * (a + b);
 }

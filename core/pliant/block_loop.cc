@@ -14,7 +14,7 @@ constexpr double kLowShares[] = {0.5, 0.4, 0.6};
 constexpr int kRoundsMax = std::size(kLowShares);
 
 /// A round with fewer active nodes than this share of a block for each block is not worth it.
-constexpr std::int64_t kWorthwhileShare = 256;
+constexpr std::int64_t kWorthwhileShare = 16;
 
 /// Every so many vertices one is looked at for where to cut.
 constexpr std::int32_t kSampleStep = 32;
