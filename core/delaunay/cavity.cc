@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cstdint>
-#include <map>
 #include <utility>
 
 #include "core/delaunay/triangulate.h"
@@ -15,6 +14,12 @@ namespace {
 
 /// A side of a triangle in the direction that has the triangle on its left.
 using Directed = std::pair<VertexId, VertexId>;
+
+/// A side that stays, and the region on its left.
+struct Wall {
+  Directed side;
+  std::int32_t region = 0;
+};
 
 class CavityFiller {
  public:
@@ -52,11 +57,13 @@ class CavityFiller {
       for (int side = 0; side < 3; ++side) {
         const auto s = static_cast<std::size_t>(side);
         if (((record.constrained >> side) & 1) == 0 && InCavity(record.neighbors[s])) continue;
-        walls_.emplace(Directed{record.vertices[static_cast<std::size_t>(NextCorner(side))],
-                                record.vertices[static_cast<std::size_t>(PreviousCorner(side))]},
-                       record.region);
+        walls_.push_back({{record.vertices[static_cast<std::size_t>(NextCorner(side))],
+                           record.vertices[static_cast<std::size_t>(PreviousCorner(side))]},
+                          record.region});
       }
     }
+    std::sort(walls_.begin(), walls_.end(),
+              [](const Wall& a, const Wall& b) { return a.side < b.side; });
   }
 
   /// Makes the two edges at the k-th leaving vertex one wall, on each side that the cavity has.
@@ -73,12 +80,24 @@ class CavityFiller {
     do b = mesh_.edge(mesh_.SegmentEdges(b)[1]).vertices[1];
     while (has_left(b));
     for (const auto& [from, to] : {Directed{a, b}, Directed{b, a}}) {
-      const auto first = walls_.find({from, vertex});
-      if (first == walls_.end()) continue;
-      walls_.emplace(Directed{from, to}, first->second);
-      walls_.erase(first);
-      walls_.erase({vertex, to});
+      const Wall* const first = FindWall({from, vertex});
+      if (first == nullptr) continue;
+      const Wall wall{{from, to}, first->region};
+      for (const Directed& side : {Directed{from, vertex}, Directed{vertex, to}}) {
+        walls_.erase(walls_.begin() + (FindWall(side) - walls_.data()));
+      }
+      walls_.insert(LowerBound(wall.side), wall);
     }
+  }
+
+  [[nodiscard]] std::vector<Wall>::const_iterator LowerBound(const Directed& side) const {
+    return std::lower_bound(walls_.begin(), walls_.end(), side,
+                            [](const Wall& wall, const Directed& to) { return wall.side < to; });
+  }
+  /// Null if there is none.
+  [[nodiscard]] const Wall* FindWall(const Directed& side) const {
+    const auto wall = LowerBound(side);
+    return wall != walls_.end() && wall->side == side ? &*wall : nullptr;
   }
 
   void FindPoints() {
@@ -90,9 +109,9 @@ class CavityFiller {
     std::sort(corners.begin(), corners.end());
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
     std::vector<VertexId> on_walls;
-    for (const auto& [side, region] : walls_) {
-      on_walls.push_back(side.first);
-      on_walls.push_back(side.second);
+    for (const Wall& wall : walls_) {
+      on_walls.push_back(wall.side.first);
+      on_walls.push_back(wall.side.second);
     }
     std::sort(on_walls.begin(), on_walls.end());
     for (const VertexId vertex : corners) {
@@ -111,9 +130,9 @@ class CavityFiller {
 
   bool MakeDomain() {
     for (const VertexId vertex : points_) domain_.points.push_back(mesh_.position(vertex));
-    for (const auto& [side, region] : walls_) {
-      const auto [a, b] = side;
-      if (walls_.contains({b, a}) && b < a) continue;  // A constrained edge has two sides.
+    for (const Wall& wall : walls_) {
+      const auto [a, b] = wall.side;
+      if (b < a && FindWall({b, a}) != nullptr) continue;  // A constrained edge has two sides.
       domain_.segments.push_back({Dense(a), Dense(b), 0});
     }
     return !domain_.points.empty();
@@ -151,14 +170,14 @@ class CavityFiller {
             stack.push_back(static_cast<std::size_t>(next));
             continue;
           }
-          const auto wall = walls_.find(
+          const Wall* const wall = FindWall(
               {PointOf(triangle.points[(side + 1) % 3]), PointOf(triangle.points[(side + 2) % 3])});
-          const Part found = wall == walls_.end() ? Part::kOutside : Part::kInside;
-          const bool differs = part == Part::kInside && found == part && wall->second != region;
+          const Part found = wall == nullptr ? Part::kOutside : Part::kInside;
+          const bool differs = part == Part::kInside && found == part && wall->region != region;
           if ((part != Part::kUnknown && part != found) || differs) return std::nullopt;
           part = found;
           ++wall_count;
-          if (found == Part::kInside) region = wall->second;
+          if (found == Part::kInside) region = wall->region;
         }
       }
       if (part != Part::kInside) continue;
@@ -187,7 +206,7 @@ class CavityFiller {
   std::vector<TriangleId> cavity_;
   const std::function<bool(VertexId)>& keeps_;
   const std::span<const VertexId> leaving_;
-  std::map<Directed, std::int32_t> walls_;
+  std::vector<Wall> walls_;  // By side.
   std::vector<VertexId> points_;
   std::vector<VertexId> gone_;
   std::vector<bool> used_;  // By place in points_: has a new triangle.

@@ -69,14 +69,20 @@ void SortAndDropRepeats(std::vector<Id>& ids) {
 
 std::vector<TriangleId> OvertakenCavity(const Mesh& mesh, std::vector<TriangleId> spoiled,
                                         const SuddenMove& move, Overtaking rule) {
-  std::vector<TriangleId> cavity = std::move(spoiled);
+  SortAndDropRepeats(spoiled);
   std::vector<Sweep> sweeps;
+  sweeps.reserve(2 * spoiled.size());
   std::vector<VertexId> waiting;
-  for (const TriangleId id : cavity) {
+  for (const TriangleId id : spoiled) {
     const auto& v = mesh.triangle(id).vertices;
     waiting.insert(waiting.end(), v.begin(), v.end());
     for (std::size_t k = 0; k < 3; ++k) {
-      sweeps.push_back(SweepOf(mesh, move, {v[k], v[(k + 1) % 3]}));
+      const VertexId a = v[k];
+      const VertexId b = v[(k + 1) % 3];
+      // The other of two spoiled triangles has a side the other way round.
+      const TriangleId beyond = mesh.triangle(id).neighbors[(k + 2) % 3];
+      if (b < a && std::binary_search(spoiled.begin(), spoiled.end(), beyond)) continue;
+      sweeps.push_back(SweepOf(mesh, move, {a, b}));
     }
   }
   std::vector<BoundingBox> boxes;
@@ -85,6 +91,7 @@ std::vector<TriangleId> OvertakenCavity(const Mesh& mesh, std::vector<TriangleId
   const BoxTree tree(boxes);
   PlaceMap seen;
   Star star;
+  std::vector<TriangleId> cavity = std::move(spoiled);
   while (!waiting.empty()) {
     const VertexId vertex = waiting.back();
     waiting.pop_back();

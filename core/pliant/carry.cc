@@ -102,7 +102,7 @@ class Carrier {
     std::vector<Displacement> list;
     list.reserve(carried_.size());
     for (const Carried& one : carried_) list.push_back({one.vertex, one.to});
-    std::optional<Displaced> displaced = Displace(edit_, list);
+    std::optional<Displaced> displaced = Displace(edit_, list, Behind::kRefilled);
     if (displaced) Report(*std::move(displaced), update);
   }
 
@@ -283,6 +283,10 @@ class Carrier {
       if (told[k] || !mesh_.IsLive(carried_[k].vertex) || !HasArrived(carried_[k])) continue;
       wanted.vertices.push_back(carried_[k].vertex);
       wanted.tensors.push_back(carried_[k].tensor);
+    }
+    for (const VertexId vertex : displaced.created) {
+      wanted.vertices.push_back(vertex);
+      wanted.tensors.push_back(field_.At(mesh_.position(vertex), edit_.Hint(vertex)));
     }
     update.disturbed = std::move(displaced.disturbed);
     update.carried_count = std::ssize(carried_);

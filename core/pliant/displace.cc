@@ -11,6 +11,7 @@
 #include "core/geometry/predicates.h"
 #include "core/mesh/place_map.h"
 #include "core/mesh/star.h"
+#include "core/pliant/refill.h"
 #include "core/pliant/slide.h"
 
 namespace pliant {
@@ -31,8 +32,12 @@ constexpr std::ptrdiff_t kScanShare = 12;
 
 class Displacer {
  public:
-  Displacer(MeshEdit& edit, std::span<const Displacement> list)
-      : edit_(edit), mesh_(edit.mesh()), place_of_(edit.mesh().vertex_slots()) {
+  Displacer(MeshEdit& edit, std::span<const Displacement> list, Behind behind)
+      : edit_(edit),
+        mesh_(edit.mesh()),
+        behind_(behind),
+        slots_(mesh_.vertex_slots()),
+        place_of_(slots_) {
     std::vector<PlaceOnWall> on_walls;
     list_.reserve(list.size());
     for (const Displacement& one : list) {
@@ -65,6 +70,7 @@ class Displacer {
       for (const Slide& slide : slides_) edit_.SetParameter(slide.vertex, slide.from);
       return std::nullopt;
     }
+    if (behind_ == Behind::kRefilled) Refill();
     std::vector<VertexId>& all = displaced_.disturbed;
     std::sort(all.begin(), all.end());
     all.erase(std::unique(all.begin(), all.end()), all.end());
@@ -77,12 +83,24 @@ class Displacer {
     return mesh_.edge(mesh_.vertex(slide.vertex).edge).segment;
   }
   [[nodiscard]] bool Moves(VertexId vertex) const {
-    return place_of_.At(vertex) != PlaceMap::kNone;
+    return vertex.value() < slots_ && place_of_.At(vertex) != PlaceMap::kNone;
   }
   [[nodiscard]] Vec2 Before(VertexId vertex) const {
     const std::int32_t place = place_of_.At(vertex);
     return place == PlaceMap::kNone ? mesh_.position(vertex)
                                     : before_[static_cast<std::size_t>(place)];
+  }
+
+  void Refill() {
+    const Gap gap{.triangles = torn_,
+                  .before = [&](VertexId vertex) -> std::optional<Vec2> {
+                    if (!Moves(vertex)) return std::nullopt;
+                    return Before(vertex);
+                  },
+                  .count_max = static_cast<std::size_t>(displaced_.removed_count)};
+    displaced_.created = RefillGap(edit_, gap);
+    displaced_.disturbed.insert(displaced_.disturbed.end(), displaced_.created.begin(),
+                                displaced_.created.end());
   }
 
   bool FillAround(std::vector<TriangleId> spoiled) {
@@ -104,6 +122,10 @@ class Displacer {
     displaced_.disturbed.insert(displaced_.disturbed.end(), filled->corners.begin(),
                                 filled->corners.end());
     displaced_.removed_count = std::ssize(filled->removed);
+    // The new triangles have the slots of the old ones.
+    torn_.insert(torn_.end(), cavity.begin(), cavity.end());
+    std::sort(torn_.begin(), torn_.end());
+    torn_.erase(std::unique(torn_.begin(), torn_.end()), torn_.end());
     return true;
   }
 
@@ -119,6 +141,7 @@ class Displacer {
       if (!together && !(positive && IsGood(triangle)))
         displaced_.disturbed.insert(displaced_.disturbed.end(), v.begin(), v.end());
       if (!positive || (!together && IsFlattened(triangle))) spoiled.push_back(id);
+      if (!together) torn_.push_back(id);
     });
     for (const VertexId vertex : overtaken_) {
       star_.Gather(mesh_, vertex);
@@ -191,11 +214,14 @@ class Displacer {
 
   MeshEdit& edit_;
   const Mesh& mesh_;
+  const Behind behind_;
   std::vector<Displacement> list_;
   std::vector<Slide> slides_;  // Of those at the end of list_.
   std::vector<VertexId> overtaken_;
   std::vector<Vec2> before_;  // Positions, by place in list_.
+  const std::int32_t slots_;  // Before there were new vertices.
   PlaceMap place_of_;
+  std::vector<TriangleId> torn_;  // Or only bent: not all corners have moved.
   Displaced displaced_;
   Star star_;
 };
@@ -218,8 +244,9 @@ std::optional<Vec2> PlaceAfter(const Mesh& mesh, VertexId vertex, Vec2 by) {
   return std::nullopt;
 }
 
-std::optional<Displaced> Displace(MeshEdit& edit, std::span<const Displacement> list) {
-  return Displacer(edit, list).Run();
+std::optional<Displaced> Displace(MeshEdit& edit, std::span<const Displacement> list,
+                                  Behind behind) {
+  return Displacer(edit, list, behind).Run();
 }
 
 Status DisplaceVertices::Check(const Mesh& mesh) const {
@@ -230,6 +257,7 @@ Status DisplaceVertices::Check(const Mesh& mesh) const {
                  "metric.displacements"};
   }
   PlaceMap seen(mesh.vertex_slots());
+  seen.Reserve(vertices_.size());
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     const VertexId vertex = vertices_[i];
     if (!mesh.IsLive(vertex)) {
@@ -252,6 +280,7 @@ Result<MeshChange::Outcome> DisplaceVertices::Apply(MeshEdit& edit) {
   const Mesh& mesh = edit.mesh();
   PLIANT_RETURN_IF_ERROR(Check(mesh));
   std::vector<Displacement> list;
+  list.reserve(vertices_.size());
   for (std::size_t i = 0; i < vertices_.size(); ++i) {
     if (by_[i] == Vec2{}) continue;
     const std::optional<Vec2> place = PlaceAfter(mesh, vertices_[i], by_[i]);
@@ -259,7 +288,7 @@ Result<MeshChange::Outcome> DisplaceVertices::Apply(MeshEdit& edit) {
     list.push_back({vertices_[i], *place});
   }
   Outcome outcome;
-  std::optional<Displaced> displaced = Displace(edit, list);
+  std::optional<Displaced> displaced = Displace(edit, list, behind_);
   if (!displaced) return outcome;
   displaced_count_ = 0;
   outcome.disturbed = std::move(displaced->disturbed);
@@ -268,6 +297,8 @@ Result<MeshChange::Outcome> DisplaceVertices::Apply(MeshEdit& edit) {
     ++displaced_count_;
     if (mesh.IsLive(one.vertex)) outcome.carriers.push_back(one.vertex);
   }
+  outcome.carriers.insert(outcome.carriers.end(), displaced->created.begin(),
+                          displaced->created.end());
   return outcome;
 }
 

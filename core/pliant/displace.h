@@ -21,11 +21,18 @@ struct Displacement {
 /// What became of the others.
 struct Displaced {
   std::vector<VertexId> disturbed;  ///< Live vertices at triangles of another shape, ascending.
+  std::vector<VertexId> created;    ///< New ones, where others were: among them; ascending.
   std::int64_t removed_count = 0;   ///< Vertices that were run over.
 };
 
 /// True for a vertex of the interior that is neither given nor frozen.
 [[nodiscard]] bool IsDisplaceable(const Mesh& mesh, VertexId vertex);
+
+/// What becomes of the gap behind displaced vertices.
+enum class Behind {
+  kLeft,      ///< Nothing.
+  kRefilled,  ///< It gets new vertices, at most as many as are run over.
+};
 
 /// Where a vertex comes to lie that follows a displacement as far as it may: a displaceable one all
 /// the way, one inside a segment along it; nothing for others, which stay.
@@ -38,7 +45,8 @@ struct Displaced {
 /// @param list  vertices that are displaceable or slidable, none twice
 /// @return nothing, and everyone where he was, if the cavity has no triangulation or is frozen
 /// @par Cost O(k log k) for k vertices
-[[nodiscard]] std::optional<Displaced> Displace(MeshEdit& edit, std::span<const Displacement> list);
+[[nodiscard]] std::optional<Displaced> Displace(MeshEdit& edit, std::span<const Displacement> list,
+                                                Behind behind = Behind::kLeft);
 
 /// A displacement that a client sends with a metric, because it knows how a feature moves that the
 /// metric follows: a help, no order. Given vertices stay, others on constrained edges slide along
@@ -54,7 +62,10 @@ class DisplaceVertices final : public MeshChange {
       : vertices_(vertices), by_(by) {}
 
   Result<Outcome> Apply(MeshEdit& edit) override;
-  void Permit(const Permissions& permissions) override { slides_ = permissions.surface; }
+  void Permit(const Permissions& permissions) override {
+    slides_ = permissions.surface;
+    behind_ = permissions.insert ? Behind::kRefilled : Behind::kLeft;
+  }
 
   /// Vertices that were displaced; 0 if the way was blocked.
   [[nodiscard]] std::int64_t displaced_count() const { return displaced_count_; }
@@ -65,6 +76,7 @@ class DisplaceVertices final : public MeshChange {
   std::span<const VertexId> vertices_;
   std::span<const Vec2> by_;
   bool slides_ = true;
+  Behind behind_ = Behind::kRefilled;
   std::int64_t displaced_count_ = 0;
 };
 

@@ -18,7 +18,7 @@ Side SideOfSpoke(const Mesh& mesh, const Star& star, std::size_t spoke) {
 }
 
 /// True if splitting the side at `point` leaves positive triangles on this side of it.
-bool SplitsWell(const Mesh& mesh, Side side, Vec2 point) {
+bool SplitsOneWell(const Mesh& mesh, Side side, Vec2 point) {
   const auto& corners = mesh.triangle(side.triangle).vertices;
   const Vec2 apex = mesh.position(corners[static_cast<std::size_t>(side.corner)]);
   const Vec2 a = mesh.position(corners[static_cast<std::size_t>(NextCorner(side.corner))]);
@@ -27,6 +27,14 @@ bool SplitsWell(const Mesh& mesh, Side side, Vec2 point) {
 }
 
 }  // namespace
+
+bool SplitsWell(const Mesh& mesh, Side side, Vec2 point) {
+  if (!SplitsOneWell(mesh, side, point)) return false;
+  const TriangleId beyond =
+      mesh.triangle(side.triangle).neighbors[static_cast<std::size_t>(side.corner)];
+  return !beyond.valid() ||
+         SplitsOneWell(mesh, {beyond, mesh.SideTowards(beyond, side.triangle)}, point);
+}
 
 std::optional<Insertion> InsertOnSpoke(MeshEdit& edit, MetricFlipper& flipper,
                                        const MetricField& field, const Star& star,
@@ -44,12 +52,6 @@ std::optional<Insertion> InsertOnSpoke(MeshEdit& edit, MetricFlipper& flipper,
     point = mesh.PointOnSegment(edge.segment, t);
   }
   if (!SplitsWell(mesh, side, point)) return std::nullopt;
-  const TriangleId beyond =
-      mesh.triangle(side.triangle).neighbors[static_cast<std::size_t>(side.corner)];
-  if (beyond.valid() &&
-      !SplitsWell(mesh, {beyond, mesh.SideTowards(beyond, side.triangle)}, point)) {
-    return std::nullopt;
-  }
   std::int32_t hint = mesh.hint(star.center());
   const Metric metric = field.At(point, hint);
   Insertion insertion{edit.SplitEdge(side, point, t), 0};

@@ -10,6 +10,9 @@
 
 namespace pliant {
 
+/// True if splitting a side at `point` leaves positive triangles on both sides of it.
+[[nodiscard]] bool SplitsWell(const Mesh& mesh, Side side, Vec2 point);
+
 /// A vertex that an insertion made, and the swaps it caused.
 struct Insertion {
   VertexId vertex;

@@ -63,7 +63,6 @@ void PliantLoop::BeginUpdate(const LoopSettings& settings) {
   state_.visits_in_update = 0;
   state_.settings = settings;
   state_.mending = Mending::kNotBegun;
-  insert_above_ = 1;
   state_.allowance.BeginUpdate(mesh_);
   waking_.clear();
   refined_ = false;

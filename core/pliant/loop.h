@@ -83,7 +83,7 @@ class PliantLoop {
   /// Begins an update: ages and hops count from zero again.
   void BeginUpdate(const LoopSettings& settings);
 
-  /// For the rest of this update, or until the next commit: edges are split above an extent of 1.1
+  /// Until the next commit, or the way back to the last: edges are split above an extent of 1.1
   /// instead of 1. With the threshold of a build, what a front leaves behind that was carried on
   /// has 8 % more nodes than its metric asks for.
   void InsertLess() { insert_above_ = 1.1; }

@@ -98,19 +98,28 @@ void Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since) {
       const VertexRecord& record = mesh_.vertex(id);
       return record.touched && record.visit.epoch >= reached_since;
     };
+    const auto add_bad = [&] {
+      const VertexId id = star_.center();
+      for (const TriangleId t : star_.triangles()) {
+        // Of several that are reached, the first looks at a triangle.
+        const auto& v = mesh_.triangle(t).vertices;
+        const bool is_first = std::all_of(v.begin(), v.end(), [&](VertexId corner) {
+          return corner >= id || !is_reached(corner);
+        });
+        if (is_first) AddCornersOf(t, nodes);
+      }
+    };
     for (const auto& entry : edit_.log().vertices) {
       const VertexId id = entry.first;
       if (!mesh_.IsLive(id) || !is_reached(id)) continue;
+      if (!mesh_.vertex(id).pinched) {  // Nearly always: no list of fans.
+        star_.Gather(mesh_, id);
+        add_bad();
+        continue;
+      }
       for (const TriangleId fan : FansOf(mesh_, id)) {
         star_.Gather(mesh_, id, fan);
-        for (const TriangleId t : star_.triangles()) {
-          // Of several that are reached, the first looks at a triangle.
-          const auto& v = mesh_.triangle(t).vertices;
-          const bool is_first = std::all_of(v.begin(), v.end(), [&](VertexId corner) {
-            return corner >= id || !is_reached(corner);
-          });
-          if (is_first) AddCornersOf(t, nodes);
-        }
+        add_bad();
       }
     }
   } else {

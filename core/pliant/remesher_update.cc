@@ -156,6 +156,7 @@ Status Remesher::Impl::FollowChange(MeshChange::Outcome outcome, const StopSigna
     loop_.Wake(vertex);
   }
   carriers_ = std::move(outcome.carriers);
+  if (!carriers_.empty()) loop_.InsertLess();
   return {};
 }
 
