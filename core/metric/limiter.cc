@@ -25,6 +25,14 @@ MetricLimiter::MetricLimiter(const GradationOptions& options)
   PLIANT_CHECK(options.rotation >= 0, "rotation", options.rotation);
 }
 
+void MetricLimiter::Reserve(std::int32_t slot_count) {
+  rows_.reserve(Index(slot_count));
+  smoothing_.Reserve(slot_count);
+  touched_.reserve(Index(slot_count));
+  changed_.reserve(Index(slot_count));
+  near_.reserve(Index(slot_count));
+}
+
 void MetricLimiter::SetRaw(std::int32_t vertex, const Metric& raw, double size_cap) {
   if (Index(vertex) >= rows_.size()) rows_.resize(Index(vertex) + 1);
   Row& row = Mutable(vertex);

@@ -57,6 +57,9 @@ class MetricLimiter {
   /// @param options  as for LimitMetrics.
   explicit MetricLimiter(const GradationOptions& options);
 
+  /// Makes room for vertices below this number at once: growing into it moves all rows, again and
+  /// again, which takes longer than a cancel may wait.
+  void Reserve(std::int32_t slot_count);
   /// A vertex that is new, or whose raw tensor is another one. Takes effect with Update.
   /// @param size_cap  a size that it shall not exceed in any direction, whatever it wants.
   void SetRaw(std::int32_t vertex, const Metric& raw, double size_cap = kNoCap);

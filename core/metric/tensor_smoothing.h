@@ -40,6 +40,10 @@ class TensorSmoothing {
 
   [[nodiscard]] bool on() const { return pass_count_ > 0; }
 
+  /// Makes room for vertices below this number at once.
+  void Reserve(std::int32_t slot_count) {
+    if (on()) logs_.reserve(Row(slot_count));
+  }
   /// A vertex that is new, or whose tensor is another one. Takes effect with Update.
   void Set(std::int32_t vertex, const Metric& raw);
 

@@ -65,6 +65,7 @@ Status MeshLimits::Load(const GradationOptions& options, std::span<const VertexI
                   ? nullptr
                   : std::make_shared<BoundaryGaps>(mesh_);
   limiter_ = std::make_shared<MetricLimiter>(options);
+  limiter_->Reserve(mesh_.vertex_slots());
   StopPoll stopped(stop);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (stopped()) return Stopped();
