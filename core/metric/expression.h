@@ -31,6 +31,7 @@ class Expression {
   /// The value at p and time t; may be NaN or infinite, e.g. sqrt(-1) or 1/0.
   [[nodiscard]] double Evaluate(Vec2 p, double t) const { return program_.Evaluate(p, t); }
 
+  [[nodiscard]] const ExpressionProgram& program() const { return program_; }
   [[nodiscard]] const std::string& text() const { return text_; }
 
  private:

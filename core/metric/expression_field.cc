@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "core/metric/saved_field.h"
+#include "core/metric/shared_program.h"
 
 namespace pliant {
 namespace {
@@ -35,11 +36,19 @@ std::ostringstream MessageAt(Vec2 p, double time) {
 class TensorField final : public ExpressionField {
  public:
   TensorField(ExpressionMetric source, std::array<Expression, 3> entries, const Settings& settings)
-      : ExpressionField(settings), source_(std::move(source)), entries_(std::move(entries)) {}
+      : ExpressionField(settings),
+        source_(std::move(source)),
+        entries_(std::move(entries)),
+        shared_(SharedProgram::Make(
+            std::array{&entries_[0].program(), &entries_[1].program(), &entries_[2].program()})) {}
 
  private:
   Metric Raw(Vec2 p) const {
     const double t = settings().time;
+    if (shared_) {
+      const auto [m11, m12, m22] = shared_->Evaluate(p, t);
+      return {m11, m12, m22};
+    }
     return {entries_[0].Evaluate(p, t), entries_[1].Evaluate(p, t), entries_[2].Evaluate(p, t)};
   }
 
@@ -67,16 +76,25 @@ class TensorField final : public ExpressionField {
 
   ExpressionMetric source_;
   std::array<Expression, 3> entries_;
+  std::optional<SharedProgram> shared_;  // Of the entries, if they can be evaluated together.
 };
 
 class SizeField final : public ExpressionField {
  public:
   SizeField(SizeMetric source, Expression size, const Settings& settings)
-      : ExpressionField(settings), source_(std::move(source)), size_(std::move(size)) {}
+      : ExpressionField(settings),
+        source_(std::move(source)),
+        size_(std::move(size)),
+        shared_(SharedProgram::Make(std::array{&size_.program()})) {}
 
  private:
+  double Raw(Vec2 p) const {
+    const double t = settings().time;
+    return shared_ ? shared_->Evaluate(p, t)[0] : size_.Evaluate(p, t);
+  }
+
   std::optional<Metric> Evaluate(Vec2 p) const override {
-    double size = size_.Evaluate(p, settings().time);
+    double size = Raw(p);
     const SizeBounds& bounds = settings().bounds;
     if (!(size > 0)) return {};
     if (bounds.size_max > 0) size = std::min(size, bounds.size_max);
@@ -88,7 +106,7 @@ class SizeField final : public ExpressionField {
 
   Error Describe(Vec2 p) const override {
     std::ostringstream out = MessageAt(p, settings().time);
-    out << "the size is " << size_.Evaluate(p, settings().time)
+    out << "the size is " << Raw(p)
         << "; expected a positive length, in [1e-75, 1e75] (or infinity if size_max is given)";
     return {.code = ErrorCode::kExpressionValue, .message = out.str(), .field = "metric.size"};
   }
@@ -97,6 +115,7 @@ class SizeField final : public ExpressionField {
 
   SizeMetric source_;
   Expression size_;
+  std::optional<SharedProgram> shared_;
 };
 
 }  // namespace
@@ -140,7 +159,7 @@ Status ExpressionField::Save(ByteWriter& writer) const {
 }
 
 std::size_t ExpressionField::bytes() const {
-  constexpr std::size_t kProgramBytes = 2048;  // Three short programs.
+  constexpr std::size_t kProgramBytes = 4096;  // Three short programs, and what they share.
   return kProgramBytes;
 }
 

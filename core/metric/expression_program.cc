@@ -134,30 +134,15 @@ double ExpressionProgram::Run(std::span<const Instruction> code, Vec2 p, double 
       case Operator::kX: *below++ = top; top = p.x; break;
       case Operator::kY: *below++ = top; top = p.y; break;
       case Operator::kT: *below++ = top; top = t; break;
+      // What most formulas mostly do, without asking twice what it is.
       case Operator::kAdd: top = *--below + top; break;
       case Operator::kSubtract: top = *--below - top; break;
       case Operator::kMultiply: top = *--below * top; break;
       case Operator::kDivide: top = *--below / top; break;
-      case Operator::kPower: top = Power(*--below, top); break;
-      case Operator::kLess: top = *--below < top ? 1 : 0; break;
-      case Operator::kLessEqual: top = *--below <= top ? 1 : 0; break;
-      case Operator::kGreater: top = *--below > top ? 1 : 0; break;
-      case Operator::kGreaterEqual: top = *--below >= top ? 1 : 0; break;
-      case Operator::kEqual: top = *--below == top ? 1 : 0; break;
-      case Operator::kNotEqual: top = *--below != top ? 1 : 0; break;
-      case Operator::kAnd: --below; top = *below != 0 && top != 0 ? 1 : 0; break;
-      case Operator::kOr: --below; top = *below != 0 || top != 0 ? 1 : 0; break;
-      case Operator::kNegate: top = -top; break;
-      case Operator::kNot: top = top == 0 ? 1 : 0; break;
       case Operator::kSquare: top = top * top; break;
-      case Operator::kIntegerPower: top = IntegerPower(top, i->operand); break;
+      case Operator::kNegate: top = -top; break;
       case Operator::kCallUnary: top = i->function->unary(top); break;
-      case Operator::kCallBinary: top = i->function->binary(*--below, top); break;
       // clang-format on
-      case Operator::kCallTernary:
-        below -= 2;
-        top = i->function->ternary(below[0], below[1], top);
-        break;
       case Operator::kCallFold: {
         const std::int32_t rest = i->operand - 1;
         below -= rest;
@@ -176,6 +161,14 @@ double ExpressionProgram::Run(std::span<const Instruction> code, Vec2 p, double 
       case Operator::kJump:
         i = begin + i->operand - 1;
         break;
+      default: {
+        const std::size_t count = ArgumentCount(i->code);
+        below -= count - 1;
+        top = count == 1   ? Compute(*i, top, 0, 0)
+              : count == 2 ? Compute(*i, below[0], top, 0)
+                           : Compute(*i, below[0], below[1], top);
+        break;
+      }
     }
   }
   return top;

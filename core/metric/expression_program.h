@@ -69,13 +69,65 @@ class ExpressionProgram {
   /// @pre Finish() returned true. No allocation; at a few nanoseconds per operation.
   [[nodiscard]] double Evaluate(Vec2 p, double t) const;
 
- private:
   struct Instruction {
     Operator code;
     std::int32_t operand = 0;  ///< Count of arguments, exponent, or index of the jump's target.
     double constant = 0;
     const MathFunction* function = nullptr;
   };
+
+  /// What was built, in the order of reverse Polish notation.
+  [[nodiscard]] std::span<const Instruction> code() const { return code_; }
+
+  /// How many numbers Compute needs. @pre the operator combines numbers: no variable, constant,
+  /// jump or fold
+  [[nodiscard]] static constexpr std::size_t ArgumentCount(Operator code) {
+    switch (code) {
+      case Operator::kNegate:
+      case Operator::kNot:
+      case Operator::kSquare:
+      case Operator::kIntegerPower:
+      case Operator::kCallUnary:
+        return 1;
+      case Operator::kCallTernary:
+        return 3;
+      default:
+        return 2;
+    }
+  }
+
+  /// The number that an instruction makes of numbers, a fold of two. @pre as for ArgumentCount
+  [[nodiscard]] static double Compute(const Instruction& i, double a, double b, double c) {
+    switch (i.code) {
+      // clang-format off
+      case Operator::kAdd: return a + b;
+      case Operator::kSubtract: return a - b;
+      case Operator::kMultiply: return a * b;
+      case Operator::kDivide: return a / b;
+      case Operator::kPower: return Power(a, b);
+      case Operator::kLess: return a < b ? 1 : 0;
+      case Operator::kLessEqual: return a <= b ? 1 : 0;
+      case Operator::kGreater: return a > b ? 1 : 0;
+      case Operator::kGreaterEqual: return a >= b ? 1 : 0;
+      case Operator::kEqual: return a == b ? 1 : 0;
+      case Operator::kNotEqual: return a != b ? 1 : 0;
+      case Operator::kAnd: return a != 0 && b != 0 ? 1 : 0;
+      case Operator::kOr: return a != 0 || b != 0 ? 1 : 0;
+      case Operator::kNegate: return -a;
+      case Operator::kNot: return a == 0 ? 1 : 0;
+      case Operator::kSquare: return a * a;
+      case Operator::kIntegerPower: return IntegerPower(a, i.operand);
+      case Operator::kCallUnary: return i.function->unary(a);
+      case Operator::kCallBinary: return i.function->binary(a, b);
+      case Operator::kCallTernary: return i.function->ternary(a, b, c);
+      case Operator::kCallFold: return i.function->fold(a, b);
+      // clang-format on
+      default:
+        return 0;
+    }
+  }
+
+ private:
   struct Branch {
     std::size_t jump;  ///< Index of the instruction whose target is still open.
     int depth;         ///< Of the stack before either branch pushed its value.
