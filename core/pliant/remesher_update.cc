@@ -97,7 +97,7 @@ void Remesher::Impl::GoBackToCommit() {
 Status Remesher::Impl::ApplyOrGoBack(Result<WantedTensors> wanted, const StopSignal* stop,
                                      std::optional<FollowedMetric::Way> way) {
   const Asks asks = nothing_staged() ? Asks::kToTheEnd : Asks::kBeforeChanges;
-  const Status applied =
+  Status applied =
       wanted.ok() ? Apply(*std::move(wanted), way ? stop : nullptr, asks) : Status(wanted.error());
   if (applied.ok() || !way) return applied;
   if (asks == Asks::kToTheEnd) {
@@ -131,7 +131,7 @@ Status Remesher::Impl::Change(MeshChange& change) {
   if (!outcome.ok()) return outcome.error();
   domain_replaced_ = domain_replaced_ || change.replaces_domain();
   followed_.MeshMoved();
-  const Status followed = FollowChange(*std::move(outcome), may_go_back ? stop : nullptr);
+  Status followed = FollowChange(*std::move(outcome), may_go_back ? stop : nullptr);
   if (!followed.ok()) GoBackToCommit();
   return followed;
 }
