@@ -30,6 +30,9 @@ constexpr double kChangeLeft = 0.5;
 /// band that goes by these has a ragged rim, which runs over vertices far beyond the front.
 constexpr double kRimOfBand = 1.5;
 
+/// Of more vertices than one for so many triangles, all triangles are read to find their rim.
+constexpr std::ptrdiff_t kScanShare = 12;
+
 class Carrier {
  public:
   Carrier(MeshEdit& edit, const MetricField& field, const CarryOptions& options)
@@ -42,7 +45,7 @@ class Carrier {
 
   std::optional<CarriedUpdate> Run(WantedTensors wanted) {
     CarriedUpdate update{.wanted = std::move(wanted), .disturbed = {}};
-    const std::vector<std::size_t> changed = ChangedOf(update.wanted);
+    const std::vector<std::size_t> changed = KeepChanged(update.wanted);
     const bool carries = changed.size() >= kChangedMin && FindCarried(update.wanted, changed);
     if (carries) CloseRanks();
     if (signal_ != nullptr && signal_->asked()) return std::nullopt;
@@ -106,18 +109,24 @@ class Carrier {
     if (displaced) Report(*std::move(displaced), update);
   }
 
-  /// Places in `wanted` of the vertices that could move and whose metric changes.
-  [[nodiscard]] std::vector<std::size_t> ChangedOf(const WantedTensors& wanted) {
+  /// Places in `wanted` of the vertices that could move and whose metric changes. Those whose
+  /// metric does not are left out of `wanted`, so that nobody has to find this again.
+  [[nodiscard]] std::vector<std::size_t> KeepChanged(WantedTensors& wanted) {
     std::vector<std::size_t> changed;
+    std::size_t kept = 0;
     for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
       if (stopped_()) break;
       const VertexId vertex = wanted.vertices[i];
-      if (!IsDisplaceable(mesh_, vertex) && !IsSlidable(mesh_, vertex)) continue;
       const Metric& old = mesh_.metric(vertex);
-      if (!(wanted.tensors[i] == old) && RelativeChange(old, wanted.tensors[i]) > tolerance_) {
-        changed.push_back(i);
+      if (wanted.tensors[i] == old || !(RelativeChange(old, wanted.tensors[i]) > tolerance_)) {
+        continue;
       }
+      if (IsDisplaceable(mesh_, vertex) || IsSlidable(mesh_, vertex)) changed.push_back(kept);
+      wanted.vertices[kept] = vertex;
+      wanted.tensors[kept++] = wanted.tensors[i];
     }
+    wanted.vertices.resize(kept);
+    wanted.tensors.resize(kept);
     return changed;
   }
 
@@ -214,8 +223,9 @@ class Carrier {
   /// of its metric, and who is alone among others is not.
   void CloseRanks() {
     std::vector<VertexId> waiting;
+    const std::vector<bool> at_rim = FindRim();
     std::erase_if(carried_, [&](const Carried& one) {
-      if (stopped_()) return false;
+      if (stopped_() || (!at_rim.empty() && !at_rim[one.vertex.index()])) return false;
       const auto moving = CountMoving(one.vertex);
       const bool alone = 4 * moving <= std::ssize(star_.ring());
       if (alone) moves_[one.vertex.index()] = false;
@@ -238,6 +248,24 @@ class Carrier {
     for (std::size_t k = 0; k < carried_.size(); ++k) {
       place_of_.Add(carried_[k].vertex, static_cast<std::int32_t>(k));
     }
+  }
+
+  /// The vertices at triangles of which not all corners are carried, by slot: to read all triangles
+  /// in order takes less time than to gather the stars of many vertices. Empty where few are
+  /// carried. When one of them is then left alone, its neighbours are at a rim, too; they would
+  /// only propose it again, in vain.
+  [[nodiscard]] std::vector<bool> FindRim() const {
+    std::vector<bool> at_rim;
+    if (kScanShare * std::ssize(carried_) <= mesh_.triangle_slots()) return at_rim;
+    at_rim.assign(static_cast<std::size_t>(mesh_.vertex_slots()), false);
+    for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) {
+      const TriangleRecord& triangle = mesh_.triangle(TriangleId(t));
+      if (!triangle.live) continue;
+      const auto& v = triangle.vertices;
+      if (Moves(v[0]) && Moves(v[1]) && Moves(v[2])) continue;
+      for (const VertexId corner : v) at_rim[corner.index()] = true;
+    }
+    return at_rim;
   }
 
   /// Gathers the star of a vertex and counts its neighbours that are carried.

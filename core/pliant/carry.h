@@ -12,7 +12,7 @@ namespace pliant {
 
 /// What an update is left with after vertices were carried along.
 struct CarriedUpdate {
-  WantedTensors wanted;             ///< Of live vertices, where they are now.
+  WantedTensors wanted;             ///< Of live vertices, where they are now, that may change.
   std::vector<VertexId> disturbed;  ///< Whose triangles have changed shape, ascending.
   std::int64_t carried_count = 0;   ///< Vertices that moved.
   std::int64_t removed_count = 0;   ///< Vertices that they ran over.

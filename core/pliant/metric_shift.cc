@@ -8,7 +8,7 @@
 namespace pliant {
 namespace {
 
-/// Only every so many samples take part in the first look around.
+/// So many of the samples take part in the first look around, and in the compass search.
 constexpr std::size_t kScanned = 24;
 /// And before that every so many of these, for which a shift must leave a share of the differences.
 /// Most candidates end here, and where nothing has moved all of them do.
@@ -121,14 +121,16 @@ class ShiftSearch {
     return best;
   }
 
+  /// By the samples of the scan: the steps that follow ask all of them.
   Vec2 Walk(Vec2 best) {
-    double least = Cost(best, 1);
+    const std::size_t stride = std::max<std::size_t>(1, places_.size() / kScanned);
+    double least = Cost(best, stride);
     double step = 0.4 * Length(best);
     for (int round = 0; round < kCompassRounds; ++round, step *= 0.5) {
       const Vec2 from = best;
       for (std::size_t k = 0; k < kDirections.size(); k += 2) {
         const Vec2 candidate = from + step * kDirections[k];
-        const double cost = Cost(candidate, 1);
+        const double cost = Cost(candidate, stride);
         if (!(cost < least)) continue;
         least = cost;
         best = candidate;
