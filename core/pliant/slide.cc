@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/mesh/place_map.h"
 #include "core/metric/metric.h"
 
 namespace pliant {
@@ -79,12 +80,16 @@ class OneSegment {
       if (room > 0 && room * room >= wanted) return;
       if (!IsSlidable(mesh_, vertex)) {
         fates_[i] = Fate::kGoes;
-        overtaken_.push_back(slide.vertex);
+        Overtake(slide.vertex);
         return;
       }
-      // The one behind may find out the same.
-      if (std::ranges::find(overtaken_, vertex) == overtaken_.end()) overtaken_.push_back(vertex);
+      Overtake(vertex);
     }
+  }
+
+  void Overtake(VertexId vertex) {
+    // The one behind may find out the same.
+    if (is_overtaken_.Add(vertex, 0)) overtaken_.push_back(vertex);
   }
 
   /// The slide of a vertex, null if it stands still.
@@ -99,6 +104,7 @@ class OneSegment {
   const Vec2 direction_;
   std::vector<Fate> fates_;
   std::vector<VertexId> overtaken_;
+  PlaceMap is_overtaken_;
 };
 
 }  // namespace
