@@ -83,10 +83,10 @@ class PliantLoop {
   /// Begins an update: ages and hops count from zero again.
   void BeginUpdate(const LoopSettings& settings);
 
-  /// Until the next commit, or the way back to the last: edges are split above an extent of 1.1
+  /// Until the next commit, or the way back to the last: edges are split above an extent of 1.15
   /// instead of 1. With the threshold of a build, what a front leaves behind that was carried on
   /// has 8 % more nodes than its metric asks for.
-  void InsertLess() { insert_above_ = 1.1; }
+  void InsertLess() { insert_above_ = 1.15; }
 
   /// Wakes a node whose metric or geometry has changed: hop 0, age 0, as if it were new.
   void Wake(VertexId node);
