@@ -139,6 +139,7 @@ struct OverheadSamples {
 
 /// End to end to the applied replica, in turns with the same updates in this process, which give
 /// the same bits. Two updates, there and back, wait for every answer, the next two are sent ahead.
+/// @param updates  of each of the two ways; one more if that is odd
 json Overhead(int workers, double nodes, int updates) {
   const BenchServer run = ServerWith(workers);
   client::Client client = run.Connect();
@@ -151,7 +152,7 @@ json Overhead(int workers, double nodes, int updates) {
   std::vector<double> core;
   std::vector<double> core_staging;
   constexpr int kWarmUps = 4;
-  for (int i = 0; i < kWarmUps + 2 * updates; ++i) {
+  for (int i = 0; i < kWarmUps + 2 * (updates + updates % 2); ++i) {
     const bool waits = i / 2 % 2 == 0;
     session.SetAnswers(waits ? client::Answers::kAtOnce : client::Answers::kWithAdvance);
     const double total = session.Update();
