@@ -78,13 +78,13 @@ bool Session::Recover() {
 void Session::TearDown(const Error& error) {
   torn_down_ = true;
   if (journal_ != nullptr) journal_->Drop(error);
-  DeleteStored();
   advance_.reset();
   engine_.reset();
   history_ = DiffHistory(0);
   undo_.Clear();
   ReportUsage();
   PublishRest();
+  DeleteStored();  // Whoever is told of it may use at once what the session gave back.
   std::shared_ptr<Editor> editor;
   std::optional<StartRequest> start;
   {
