@@ -37,9 +37,19 @@ void* AllocateLargePages(std::size_t size) {
   return block;
 }
 
+void AskForLargePages(void* block, std::size_t size) noexcept {
+  const auto begin = reinterpret_cast<std::uintptr_t>(block);
+  const std::uintptr_t first = RoundUp(begin);
+  const std::uintptr_t end = (begin + size) / kLargePageSize * kLargePageSize;
+  if (first >= end) return;
+  (void)madvise(static_cast<char*>(block) + (first - begin), end - first, MADV_HUGEPAGE);
+}
+
 void FreeLargePages(void* block, std::size_t size) noexcept { (void)munmap(block, RoundUp(size)); }
 
 #else
+
+void AskForLargePages(void* /*block*/, std::size_t /*size*/) noexcept {}
 
 void* AllocateLargePages(std::size_t size) {
   return ::operator new(RoundUp(size), std::align_val_t(kLargePageSize));

@@ -35,6 +35,8 @@ inline constexpr std::size_t kLargeBlockSize = std::size_t{1} << 22;
 
 /// @return a block of `size` bytes at a boundary of 2 MiB. Throws std::bad_alloc as operator new.
 [[nodiscard]] void* AllocateLargePages(std::size_t size);
+/// Asks for large pages wherever one fits into a block that somebody else has allocated.
+void AskForLargePages(void* block, std::size_t size) noexcept;
 /// @param size  as it was allocated.
 void FreeLargePages(void* block, std::size_t size) noexcept;
 

@@ -135,8 +135,9 @@ class PliantLoop {
   /// Goes on with the end of an update, when its nodes are at rest: what they have left bad is
   /// mended, the neighbours of what was mended settle, and what that leaves bad is mended. Each
   /// call begins one of the three; Run carries it out. @return false if nothing is left to do
+  /// @param executor  looks at parts of the mesh; changes nothing in the result
   /// @pre no node is active
-  bool Mend();
+  bool Mend(Executor& executor);
 
   /// Visits nodes until none is active and none waits for mending, or the budget is used up. The
   /// result does not depend on how

@@ -6,13 +6,15 @@
 
 namespace pliant {
 
-bool PliantLoop::Mend() {
+bool PliantLoop::Mend(Executor& executor) {
   PLIANT_CHECK(state_.queue.empty() && mender_.done());
   // The paper's loop has no such thing.
   if (options_.variant == Variant::kPaper) state_.mending = Mending::kDone;
   switch (state_.mending) {
     case Mending::kNotBegun:
-      mender_.Start(state_.epoch, first_epoch_);
+      // Before the first commit everywhere, also where the metric never moved anything.
+      mender_.Start(state_.epoch, edit_.committed() == Revision::kNone ? 0 : first_epoch_,
+                    executor);
       state_.mending = Mending::kFirst;
       return true;
     case Mending::kFirst:
@@ -28,7 +30,7 @@ bool PliantLoop::Mend() {
       return true;
     case Mending::kSettling:
       // Settling has an epoch of its own, and nobody else has moved since the first mending.
-      mender_.Start(state_.epoch - 1, state_.epoch);
+      mender_.Start(state_.epoch - 1, state_.epoch, executor);
       state_.mending = Mending::kLast;
       return true;
     case Mending::kLast:

@@ -88,46 +88,65 @@ void SortAndDropRepeats(std::vector<VertexId>& nodes) {
 
 }  // namespace
 
-void Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since) {
+void Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since, Executor& executor) {
   state_.warm_since = warm_since;
   if (!permissions_.move) return;
   std::vector<VertexId> nodes(state_.waiting.begin() + static_cast<std::ptrdiff_t>(state_.next),
                               state_.waiting.end());
-  if (edit_.committed() != Revision::kNone) {
-    const auto is_reached = [&](VertexId id) {
-      const VertexRecord& record = mesh_.vertex(id);
-      return record.touched && record.visit.epoch >= reached_since;
-    };
-    const auto add_bad = [&] {
-      const VertexId id = star_.center();
-      for (const TriangleId t : star_.triangles()) {
-        // Of several that are reached, the first looks at a triangle.
-        const auto& v = mesh_.triangle(t).vertices;
-        const bool is_first = std::all_of(v.begin(), v.end(), [&](VertexId corner) {
-          return corner >= id || !is_reached(corner);
-        });
-        if (is_first) AddCornersOf(t, nodes);
-      }
-    };
-    for (const auto& entry : edit_.log().vertices) {
-      const VertexId id = entry.first;
-      if (!mesh_.IsLive(id) || !is_reached(id)) continue;
-      if (!mesh_.vertex(id).pinched) {  // Nearly always: no list of fans.
-        star_.Gather(mesh_, id);
-        add_bad();
-        continue;
-      }
-      for (const TriangleId fan : FansOf(mesh_, id)) {
-        star_.Gather(mesh_, id, fan);
-        add_bad();
-      }
-    }
+  if (edit_.committed() == Revision::kNone) {
+    FindBad(reached_since, nodes, executor);
   } else {
-    for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) AddCornersOf(TriangleId(t), nodes);
+    FindBadAmongChanged(reached_since, nodes);
   }
   SortAndDropRepeats(nodes);
   state_.waiting = std::move(nodes);
   state_.next = 0;
+}
+
+void Mender::FindBad(std::uint32_t reached_since, std::vector<VertexId>& nodes,
+                     Executor& executor) const {
+  const Chunks chunks(mesh_.triangle_slots());
+  std::vector<std::vector<VertexId>> parts(static_cast<std::size_t>(chunks.count()));
+  executor.Run(chunks.count(), [&](std::int32_t chunk) {
+    std::vector<VertexId>& part = parts[static_cast<std::size_t>(chunk)];
+    for (std::int64_t t = chunks.begin(chunk); t < chunks.end(chunk); ++t) {
+      const TriangleId id(static_cast<std::int32_t>(t));
+      if (!mesh_.triangle(id).live) continue;
+      const bool is_reached = std::ranges::any_of(
+          mesh_.triangle(id).vertices, [&](VertexId v) { return IsReached(v, reached_since); });
+      if (is_reached) AddCornersOf(id, part);
+    }
+  });
+  for (const auto& part : parts) nodes.insert(nodes.end(), part.begin(), part.end());
+}
+
+void Mender::FindBadAmongChanged(std::uint32_t reached_since, std::vector<VertexId>& nodes) {
+  const auto is_reached = [&](VertexId id) {
+    return mesh_.vertex(id).touched && IsReached(id, reached_since);
+  };
+  const auto add_bad = [&] {
+    const VertexId id = star_.center();
+    for (const TriangleId t : star_.triangles()) {
+      // Of several that are reached, the first looks at a triangle.
+      const auto& v = mesh_.triangle(t).vertices;
+      const bool is_first = std::all_of(
+          v.begin(), v.end(), [&](VertexId corner) { return corner >= id || !is_reached(corner); });
+      if (is_first) AddCornersOf(t, nodes);
+    }
+  };
+  for (const auto& entry : edit_.log().vertices) {
+    const VertexId id = entry.first;
+    if (!mesh_.IsLive(id) || !is_reached(id)) continue;
+    if (!mesh_.vertex(id).pinched) {  // Nearly always: no list of fans.
+      star_.Gather(mesh_, id);
+      add_bad();
+      continue;
+    }
+    for (const TriangleId fan : FansOf(mesh_, id)) {
+      star_.Gather(mesh_, id, fan);
+      add_bad();
+    }
+  }
 }
 
 Mender::Mended Mender::VisitNext(const MetricField& field) {
@@ -186,6 +205,10 @@ bool Mender::IsBad(TriangleId triangle) const {
   const double merit = MeritOf(CornerAt(mesh_, v[0]), CornerAt(mesh_, v[1]), CornerAt(mesh_, v[2]));
   return merit < 1 ||
          (merit < kWarmMerit && std::ranges::any_of(v, [&](VertexId c) { return IsWarm(c); }));
+}
+
+bool Mender::IsReached(VertexId node, std::uint32_t since) const {
+  return mesh_.vertex(node).visit.epoch >= since;
 }
 
 bool Mender::IsWarm(VertexId node) const {

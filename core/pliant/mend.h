@@ -6,6 +6,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/executor.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/mesh/star.h"
 #include "core/metric/metric_field.h"
@@ -43,14 +44,15 @@ class Mender {
   /// Other permissions from now on.
   void Permit(const Permissions& permissions) { permissions_ = permissions; }
 
-  /// Looks for bad triangles and lets their vertices wait for a visit: before the first commit
-  /// everywhere, after it at the vertices that have changed since the last one and were reached by
-  /// the loop: those that were carried along as a piece of a lattice are as good as they were.
+  /// Looks for bad triangles and lets their vertices wait for a visit: triangles with a vertex that
+  /// the loop has reached, and, after the first commit, that has changed since the last one: those
+  /// that were carried along as a piece of a lattice are as good as they were.
   /// @param warm_since the epoch of the update: nodes that have been visited since, and are not
   /// cold, are those whose metric has changed
-  /// @param reached_since  the epoch since which nodes count as reached
+  /// @param reached_since  the epoch since which nodes count as reached; 0: all
+  /// @param executor  looks at parts of the mesh, before the first commit
   /// @par Cost O(changed); before the first commit O(mesh)
-  void Start(std::uint32_t warm_since, std::uint32_t reached_since);
+  void Start(std::uint32_t warm_since, std::uint32_t reached_since, Executor& executor);
 
   [[nodiscard]] bool done() const { return state_.next == state_.waiting.size(); }
   [[nodiscard]] std::size_t waiting_count() const { return state_.waiting.size() - state_.next; }
@@ -81,6 +83,9 @@ class Mender {
   void Renumber(std::span<const VertexId> new_ids);
 
  private:
+  void FindBad(std::uint32_t reached_since, std::vector<VertexId>& nodes, Executor& executor) const;
+  void FindBadAmongChanged(std::uint32_t reached_since, std::vector<VertexId>& nodes);
+  [[nodiscard]] bool IsReached(VertexId node, std::uint32_t since) const;
   [[nodiscard]] bool IsBad(TriangleId triangle) const;
   [[nodiscard]] bool IsWarm(VertexId node) const;
   /// Sum of the shortfalls of the star's triangles with its center at `position`.

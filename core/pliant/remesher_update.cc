@@ -243,7 +243,7 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
     }
     nested_.reset();
     PLIANT_RETURN_IF_ERROR(LimitAgain());
-    if (loop_.active_count() == 0 && !loop_.Mend()) break;
+    if (loop_.active_count() == 0 && !loop_.Mend(helpers_.executor())) break;
   }
   progress.active_count = nested_ ? nested_->active_count() : loop_.active_count();
   progress.counts = loop_.counts();

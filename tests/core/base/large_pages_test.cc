@@ -32,5 +32,17 @@ TEST(LargePages, VectorsGrowAcrossTheLimit) {
   EXPECT_EQ(lines[9].value, 9);
 }
 
+// Goal: asking changes nothing of what is in a block, nor around it, wherever it begins and ends.
+TEST(LargePages, AreAskedForInsideBlocksOfOthers) {
+  constexpr std::size_t kPage = std::size_t{1} << 21;
+  std::vector<unsigned char> bytes(5 * kPage, 7);
+  for (const std::size_t first : {std::size_t{0}, std::size_t{1}, kPage - 1, kPage}) {
+    for (const std::size_t size : {std::size_t{0}, std::size_t{1}, kPage, 4 * kPage - 3}) {
+      internal::AskForLargePages(bytes.data() + first, size);
+    }
+  }
+  EXPECT_EQ(bytes, std::vector<unsigned char>(5 * kPage, 7));
+}
+
 }  // namespace
 }  // namespace pliant

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/rng.h"
+#include "tests/support/backward_executor.h"
 
 namespace pliant {
 namespace {
@@ -14,14 +15,6 @@ struct Record {
   bool live = false;
 
   friend bool operator==(const Record&, const Record&) = default;
-};
-
-/// From the last task to the first.
-class BackwardExecutor final : public Executor {
- public:
-  void Run(std::int32_t count, const Task& task) override {
-    while (count > 0) task(--count);
-  }
 };
 
 // Goal: live records keep their order and move to 0, 1, 2...; for few and many gaps over several
@@ -35,7 +28,7 @@ TEST(CloseGaps, IsErasureOfTheDead) {
         records.push_back({i, rng.Below(1000) >= share_of_dead});
       std::vector<Record> expected = records;
       std::erase_if(expected, [](const Record& record) { return !record.live; });
-      BackwardExecutor executor;
+      testing::BackwardExecutor executor;
       const std::vector<std::int32_t> numbers = DenseNumbers(records, executor);
       for (std::size_t i = 0; i < records.size(); ++i) {
         if (!records[i].live) {

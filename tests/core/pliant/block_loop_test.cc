@@ -20,6 +20,7 @@
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
 #include "core/threads/thread_pool.h"
+#include "tests/support/backward_executor.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
 #include "tests/support/random_domain.h"
@@ -69,14 +70,6 @@ class CountingExecutor final : public Executor {
   int task_count = 0;
 };
 
-/// From the last task to the first, which no block may notice.
-class BackwardExecutor final : public Executor {
- public:
-  void Run(std::int32_t count, const Task& task) override {
-    while (count > 0) task(--count);
-  }
-};
-
 // Goal: the bits depend on neither the number of threads nor the order of the blocks.
 // Method: each case with the calling thread alone, backwards, and with 1, 2, 3 and 8 threads; the
 // first with the rule that ships, at a size that is over its threshold on one level.
@@ -97,7 +90,7 @@ TEST(BlockLoop, GivesTheSameBitsWithAnyExecutor) {
     CountingExecutor counting;
     const Outcome alone = Finish(*Start(run.make(), Helpers(&counting, run.rule)));
     EXPECT_GT(counting.task_count, 4);
-    BackwardExecutor backwards;
+    testing::BackwardExecutor backwards;
     EXPECT_EQ(Finish(*Start(run.make(), Helpers(&backwards, run.rule))), alone);
     EXPECT_EQ(Finish(*Start(run.make(), Helpers(nullptr, run.rule))), alone);
     for (const int thread_count : {1, 2, 3, 8}) {

@@ -46,7 +46,8 @@ class FinishedMesh {
 
  private:
   void Mend() {
-    while (loop_.Mend()) EXPECT_EQ(loop_.Run(*field_, Budget{}), StopReason::kConverged);
+    InlineExecutor alone;
+    while (loop_.Mend(alone)) EXPECT_EQ(loop_.Run(*field_, Budget{}), StopReason::kConverged);
   }
 
   std::shared_ptr<const MetricField> field_;

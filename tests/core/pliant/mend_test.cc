@@ -14,6 +14,7 @@
 #include "core/metric/function_field.h"
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
+#include "tests/support/backward_executor.h"
 #include "tests/support/cases.h"
 
 namespace pliant {
@@ -34,7 +35,7 @@ struct Patchwork {
     }
   }
   void Run() {
-    mender.Start(0, 0);
+    mender.Start(0, 0, alone);
     while (!mender.done()) mender.VisitNext(field);
     EXPECT_TRUE(Validate(mesh).empty());
   }
@@ -42,6 +43,7 @@ struct Patchwork {
   static Metric UnitMetric(Vec2) { return Metric::Isotropic(1); }
 
   FunctionField<Metric (*)(Vec2)> field{&UnitMetric};
+  InlineExecutor alone;
   Mesh mesh;
   MeshEdit edit;
   Mender mender;
@@ -133,7 +135,7 @@ TEST(Mender, EndsWhereNothingHelps) {
 TEST(Mender, RespectsPermissions) {
   Patchwork patchwork(Hexagon({0.6, 0.3}));
   Mender mender(patchwork.edit, Permissions{.move = false});
-  mender.Start(0, 0);
+  mender.Start(0, 0, patchwork.alone);
   EXPECT_TRUE(mender.done());
 }
 
@@ -141,10 +143,10 @@ TEST(Mender, RespectsPermissions) {
 TEST(Mender, LooksOnlyAtWhatHasChangedAfterACommit) {
   Patchwork patchwork(Hexagon({0.6, 0.3}));
   patchwork.edit.Commit(Revision{1});
-  patchwork.mender.Start(0, 0);
+  patchwork.mender.Start(0, 0, patchwork.alone);
   EXPECT_TRUE(patchwork.mender.done());
   patchwork.edit.MoveVertex(VertexId(6), {0.6, 0.2});
-  patchwork.mender.Start(0, 0);
+  patchwork.mender.Start(0, 0, patchwork.alone);
   EXPECT_FALSE(patchwork.mender.done());
 }
 
@@ -154,10 +156,39 @@ TEST(Mender, LooksOnlyAtWhatTheLoopHasReached) {
   Patchwork patchwork(Hexagon({0.6, 0.3}));
   patchwork.edit.Commit(Revision{1});
   patchwork.edit.Visit(VertexId(6)).epoch = 4;
-  patchwork.mender.Start(4, 5);
+  patchwork.mender.Start(4, 5, patchwork.alone);
   EXPECT_TRUE(patchwork.mender.done());
-  patchwork.mender.Start(4, 4);
+  patchwork.mender.Start(4, 4, patchwork.alone);
   EXPECT_FALSE(patchwork.mender.done());
+}
+
+// Goal: before the first commit all triangles are looked at, or those at vertices reached since an
+// epoch, by any executor alike: the vertices that wait are the same.
+// Method: a strip of more than one chunk of triangles, of which every tenth is flat.
+TEST(Mender, LooksAtPartsOfTheMeshAlike) {
+  constexpr std::int32_t kTriangles = 20000;
+  MeshData strip;
+  for (std::int32_t k = 0; k < kTriangles + 2; ++k) {
+    strip.points.push_back({0.5 * k, k % 2 == 0 ? 0 : (k % 20 == 11 ? 0.1 : 0.866)});
+  }
+  for (std::int32_t k = 0; k < kTriangles; ++k) {
+    strip.triangles.push_back(k % 2 == 0 ? std::array{k, k + 2, k + 1}
+                                         : std::array{k, k + 1, k + 2});
+  }
+  Patchwork patchwork(strip);
+  patchwork.mender.Start(0, 0, patchwork.alone);
+  const std::size_t all = patchwork.mender.waiting_count();
+  EXPECT_GT(all, 2000U);
+  testing::BackwardExecutor reversed;
+  Mender other(patchwork.edit, Permissions{});
+  other.Start(0, 0, reversed);
+  EXPECT_EQ(other.state().waiting, patchwork.mender.state().waiting);
+
+  patchwork.edit.Visit(VertexId(19991)).epoch = 3;
+  Mender late(patchwork.edit, Permissions{});
+  late.Start(0, 3, reversed);
+  EXPECT_GT(late.waiting_count(), 0U);
+  EXPECT_LT(late.waiting_count(), 10U);
 }
 
 // Goal: what is mended stays: updates that wake every node again without a change of the metric
