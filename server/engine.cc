@@ -21,6 +21,22 @@ std::vector<std::vector<double>> ColumnsOf(std::span<const double> values,
   return columns;
 }
 
+class RemesherMeasurement final : public Measurement {
+ public:
+  RemesherMeasurement(const Remesher& remesher, MetricBasis basis, ThreadPool* threads)
+      : raw_(basis == MetricBasis::kRaw ? remesher.raw_field() : nullptr),
+        measurement_(remesher.mesh(), raw_ != nullptr ? *raw_ : remesher.field()),
+        helpers_(threads) {}
+
+  bool Continue() override { return measurement_.Continue(helpers_.executor()); }
+  Quality Take() override { return measurement_.Take(); }
+
+ private:
+  const std::shared_ptr<const MetricField> raw_;
+  QualityMeasurement measurement_;
+  Helpers helpers_;
+};
+
 class RemesherEngine final : public Engine {
  public:
   RemesherEngine(std::unique_ptr<Remesher> remesher, ThreadPool* threads)
@@ -91,10 +107,8 @@ class RemesherEngine final : public Engine {
     snapshot.fields.changed = remesher_->fields().At(snapshot.vertex_ids, snapshot.triangle_ids);
     return snapshot;
   }
-  Quality MeasureQuality(MetricBasis basis) const override {
-    return pliant::MeasureQuality(remesher_->mesh(), basis == MetricBasis::kRaw
-                                                         ? *remesher_->raw_field()
-                                                         : remesher_->field());
+  std::unique_ptr<Measurement> Measure(MetricBasis basis) const override {
+    return std::make_unique<RemesherMeasurement>(*remesher_, basis, threads_);
   }
   std::vector<std::string> Validate() const override { return pliant::Validate(remesher_->mesh()); }
   std::optional<RevisionDelta> TakeUndo() override { return remesher_->TakeUndo(); }
@@ -127,6 +141,13 @@ class RemesherEngine final : public Engine {
 };
 
 }  // namespace
+
+Quality MeasureQuality(const Engine& engine, MetricBasis basis) {
+  const std::unique_ptr<Measurement> measurement = engine.Measure(basis);
+  while (measurement->Continue()) {
+  }
+  return measurement->Take();
+}
 
 Status Engine::ReplaceDomain(const Domain&) {
   return Error{ErrorCode::kUnimplemented, "this engine keeps its domain", {}};

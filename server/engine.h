@@ -44,6 +44,17 @@ struct SolutionRequest {
 /// Which metric a mesh is measured with: the one it follows, or the one that was sent.
 enum class MetricBasis { kLimited, kRaw };
 
+/// A measurement of an engine's mesh, in parts of a few milliseconds: see
+/// pliant::QualityMeasurement.
+class Measurement {
+ public:
+  virtual ~Measurement() = default;
+  /// Measures the next part; false if there is none any more.
+  virtual bool Continue() = 0;
+  /// What was measured. Once. @pre Continue has returned false
+  [[nodiscard]] virtual Quality Take() = 0;
+};
+
 /// What a session asks of its mesh: pliant::Remesher, seen through an interface so that tests can
 /// make a session's engine fail. Functions mean what they mean in core/pliant/remesher.h.
 ///
@@ -95,7 +106,9 @@ class Engine {
   [[nodiscard]] virtual bool building() const { return false; }
   /// The whole mesh of the last commit as a diff from nothing, whatever has changed since.
   [[nodiscard]] virtual MeshDiff Snapshot() const = 0;
-  [[nodiscard]] virtual Quality MeasureQuality(MetricBasis basis) const = 0;
+  /// Begins to measure the mesh as it is. Until that is over, or given up, the engine must not
+  /// change.
+  [[nodiscard]] virtual std::unique_ptr<Measurement> Measure(MetricBasis basis) const = 0;
   /// What is wrong with the mesh, a sentence each: asked after a bug, before going on.
   [[nodiscard]] virtual std::vector<std::string> Validate() const = 0;
   [[nodiscard]] virtual Revision revision() const = 0;
@@ -104,6 +117,9 @@ class Engine {
   /// Live vertices now, committed or not.
   [[nodiscard]] virtual std::int32_t vertex_count() const = 0;
 };
+
+/// The whole measurement in one go.
+[[nodiscard]] Quality MeasureQuality(const Engine& engine, MetricBasis basis);
 
 /// Makes engines. Errors: those of Remesher::Create.
 using EngineFactory = std::function<Result<std::unique_ptr<Engine>>(const EngineInput&)>;

@@ -1,5 +1,6 @@
 #include "server/service.h"
 
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
@@ -46,18 +47,57 @@ Result<std::vector<v1::GetMeshResponse>> MeshMessages(const Result<const Committ
   return messages;
 }
 
-Status FillQuality(const Result<const CommittedState*>& result, MetricBasis basis,
-                   v1::QualityReport& report) {
-  PLIANT_ASSIGN_OR_RETURN(const CommittedState* state, result);
-  PLIANT_RETURN_IF_ERROR(CheckNothingStaged(*state));
-  const Quality quality = state->engine.MeasureQuality(basis);
-  report = ToQualityReport(quality);
-  report.set_basis(basis == MetricBasis::kRaw ? v1::METRIC_BASIS_RAW : v1::METRIC_BASIS_LIMITED);
-  report.set_revision(static_cast<std::int64_t>(state->revision));
-  report.set_active_count(state->active_count);
-  *report.mutable_counts() = ToMeshCounts(state->summary);
-  return {};
-}
+/// A GetQuality that is being answered.
+class QualityCall {
+ public:
+  QualityCall(grpc::CallbackServerContext* call, const Clock& clock, v1::QualityReport& report)
+      : call_(*call), reactor_(*call->DefaultReactor()), clock_(clock), report_(report) {}
+
+  Status Begin(const Result<const CommittedState*>& result, MetricBasis basis) {
+    PLIANT_ASSIGN_OR_RETURN(const CommittedState* state, result);
+    PLIANT_RETURN_IF_ERROR(CheckNothingStaged(*state));
+    state_.set_basis(basis == MetricBasis::kRaw ? v1::METRIC_BASIS_RAW : v1::METRIC_BASIS_LIMITED);
+    state_.set_revision(static_cast<std::int64_t>(state->revision));
+    state_.set_active_count(state->active_count);
+    *state_.mutable_counts() = ToMeshCounts(state->summary);
+    measurement_ = state->engine.Measure(basis);
+    return {};
+  }
+
+  /// A SessionCallRest.
+  bool Continue(const Status& session, Clock::Time slice_end) {
+    if (!session.ok()) {
+      End(session);
+      return true;
+    }
+    do {
+      if (call_.IsCancelled()) {
+        End(Error{ErrorCode::kCancelled, "the client is gone", {}});
+        return true;
+      }
+      if (!measurement_->Continue()) {
+        report_ = ToQualityReport(measurement_->Take());
+        report_.MergeFrom(state_);
+        End({});
+        return true;
+      }
+    } while (clock_.Now() < slice_end);
+    return false;
+  }
+
+  /// Once, last of all.
+  void End(const Status& status) {
+    reactor_.Finish(status.ok() ? grpc::Status::OK : ToGrpcStatus(status.error()));
+  }
+
+ private:
+  grpc::CallbackServerContext& call_;
+  grpc::ServerUnaryReactor& reactor_;
+  const Clock& clock_;
+  v1::QualityReport& report_;
+  v1::QualityReport state_;  // What is not measured.
+  std::unique_ptr<Measurement> measurement_;
+};
 
 Result<MetricBasis> ConvertBasis(const v1::GetQualityRequest& request) {
   if (!request.has_basis() || request.basis() == v1::METRIC_BASIS_LIMITED) {
@@ -205,12 +245,19 @@ grpc::ServerUnaryReactor* SessionServiceImpl::GetQuality(grpc::CallbackServerCon
   const Result<MetricBasis> basis = ConvertBasis(*request);
   if (!basis.ok()) return End(call, basis.error());
   grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-  const Status status =
-      (*session)->Post([reactor, response, basis](const Result<const CommittedState*>& state) {
-        const Status filled = FillQuality(state, *basis, *response->mutable_quality());
-        reactor->Finish(filled.ok() ? grpc::Status::OK : ToGrpcStatus(filled.error()));
+  const auto answer =
+      std::make_shared<QualityCall>(call, *context_.session.clock, *response->mutable_quality());
+  const Status posted =
+      (*session)->Post([answer, basis = *basis](const Result<const CommittedState*>& state) {
+        if (const Status begun = answer->Begin(state, basis); !begun.ok()) {
+          answer->End(begun);
+          return;
+        }
+        (*state)->session->GoOn([answer](const Status& there, Clock::Time slice_end) {
+          return answer->Continue(there, slice_end);
+        });
       });
-  if (!status.ok()) reactor->Finish(ToGrpcStatus(status.error()));
+  if (!posted.ok()) answer->End(posted);
   return reactor;
 }
 

@@ -197,10 +197,12 @@ Task::Outcome Session::RunUnguarded(Clock::Time slice_end) {
     if (!Settled()) return Outcome::kIdle;
     if (followers_wait_.exchange(false) && !ServeFollowers(slice_end)) {
       followers_wait_ = true;
-      // An advance that runs gets its part of the next slice all the same.
-      if (!advance_) return Outcome::kMore;
+      // An advance or call that runs gets its part of the next slice all the same.
+      if (!advance_ && !call_rest_) return Outcome::kMore;
     }
-    if (advance_) {
+    if (call_rest_) {
+      if (!ContinueCall(slice_end)) return Outcome::kMore;
+    } else if (advance_) {
       if (!ContinueAdvance(slice_end)) return Outcome::kMore;
     } else if (!HandleOneThing()) {
       if (sleep_wanted_.exchange(false) && MaySleep()) Sleep();
@@ -292,30 +294,6 @@ bool Session::Build() {
     WhenDurable(std::move(start.done));
   }
   return status.ok();
-}
-
-void Session::HandleCall(const SessionCall& call) {
-  if (const Status there = Need(); !there.ok()) {
-    call(there.error());
-    return;
-  }
-  if (!engine_) {
-    call(Error{ErrorCode::kSessionNotFound, "session " + session_id_ + " does not exist", {}});
-    return;
-  }
-  const CommittedState state{engine_->engine(),
-                             revision_,
-                             applied_update_id_,
-                             active_count_,
-                             engine_->staged_count(),
-                             summary_.value_or(MeshSummary{}),
-                             this};
-  if (revision_ == Revision::kNone) {
-    call(Error{ErrorCode::kRevisionNotFound,
-               "session " + session_id_ + " has no revision yet: advance it first", "revision"});
-    return;
-  }
-  call(&state);
 }
 
 void Session::HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open) {

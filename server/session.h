@@ -58,11 +58,15 @@ struct CommittedState {
   /// Updates that the engine's metric has, but the session's revision has not yet.
   std::int32_t staged_count;
   MeshSummary summary;
-  /// For calls that do something: RollbackTo, SaveRevision, Release and Fork may be called.
+  /// For calls that do something: RollbackTo, SaveRevision, Release, Fork and GoOn may be called.
   Session* session = nullptr;
 };
 /// A call, run on a worker: with the state, or with why there is none.
 using SessionCall = std::function<void(const Result<const CommittedState*>&)>;
+/// The rest of a call that takes long, run slice after slice like an advance: works until about
+/// `slice_end`, and says true when the call is answered. If what it looks at is gone it is called
+/// once more, with the reason, and answers that at once.
+using SessionCallRest = std::function<bool(const Status& session, Clock::Time slice_end)>;
 
 /// Makes the memory that a session begins with.
 using SessionReader = std::function<Result<SessionMemory>()>;
@@ -157,6 +161,10 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
 
   // Run by workers, from within a call.
 
+  /// The call has not answered yet and goes on in later slices. Until it has, the session does
+  /// nothing but tell its subscribers: the state that the call was given stays as it is.
+  void GoOn(SessionCallRest rest);
+
   /// What a rollback has led to.
   struct RolledBack {
     Revision revision = Revision::kNone;
@@ -227,7 +235,10 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void DeleteStored();
   bool Build();
   bool HandleOneThing();
+  // In session_calls.cc.
   void HandleCall(const SessionCall& call);
+  bool ContinueCall(Clock::Time slice_end);
+  void EndCall(const Error& error);
   bool ServeFollowers(Clock::Time slice_end);
   void SendMissed(const std::shared_ptr<Editor>& editor, Revision mirror_revision);
   void HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open);
@@ -308,7 +319,8 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   std::shared_ptr<Editor> current_editor_;
   std::int64_t current_update_id_ = 0;
   SessionCall current_call_;
-  SessionUsage reported_;  // What the tenant's account knows.
+  SessionCallRest call_rest_;  // Of a call that goes on.
+  SessionUsage reported_;      // What the tenant's account knows.
   bool torn_down_ = false;
 };
 

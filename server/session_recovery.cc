@@ -43,6 +43,7 @@ void Session::HandleBug(const std::string& what) {
           "; please report it with reference " + reference,
       reference};
   if (call) call(error);
+  EndCall(error);
   if (editor != nullptr && update_id > results_.last_update_id()) {
     Reject(editor, update_id, error, StageEffect::kEmptied);
   } else if (editor != nullptr && update_id == 0) {
@@ -79,6 +80,7 @@ void Session::TearDown(const Error& error) {
   torn_down_ = true;
   if (journal_ != nullptr) journal_->Drop(error);
   advance_.reset();
+  EndCall(error);
   engine_.reset();
   history_ = DiffHistory(0);
   undo_.Clear();

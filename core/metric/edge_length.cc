@@ -8,23 +8,44 @@
 
 namespace pliant {
 
+namespace {
+
+// The roots of the Legendre polynomial of degree 5 moved to [0, 1], and their weights.
+struct Node {
+  double position;
+  double weight;
+};
+constexpr std::array<Node, kIntegrationPointCount> kNodes = {{
+    {0.04691007703066800, 0.11846344252809454},
+    {0.23076534494715845, 0.23931433524968324},
+    {0.5, 0.28444444444444444},
+    {0.76923465505284155, 0.23931433524968324},
+    {0.95308992296933200, 0.11846344252809454},
+}};
+
+}  // namespace
+
 double IntegratedLength(const MetricField& field, Vec2 p, Vec2 q, std::int32_t& hint) {
-  // The roots of the Legendre polynomial of degree 5 moved to [0, 1], and their weights.
-  struct Node {
-    double position;
-    double weight;
-  };
-  static constexpr std::array<Node, 5> kNodes = {{
-      {0.04691007703066800, 0.11846344252809454},
-      {0.23076534494715845, 0.23931433524968324},
-      {0.5, 0.28444444444444444},
-      {0.76923465505284155, 0.23931433524968324},
-      {0.95308992296933200, 0.11846344252809454},
-  }};
+  std::array<Metric, kIntegrationPointCount> metrics;
+  std::array<std::int32_t, kIntegrationPointCount> hints;
+  hints.fill(MetricField::kNoHint);
+  hints.front() = hint;
+  field.AtEach(IntegrationPoints(p, q), hints, metrics);
+  hint = hints.back();
+  return IntegratedLength(q - p, metrics);
+}
+
+std::array<Vec2, kIntegrationPointCount> IntegrationPoints(Vec2 p, Vec2 q) {
   const Vec2 e = q - p;
+  std::array<Vec2, kIntegrationPointCount> points;
+  for (std::size_t i = 0; i < points.size(); ++i) points[i] = p + kNodes[i].position * e;
+  return points;
+}
+
+double IntegratedLength(Vec2 e, std::span<const Metric, kIntegrationPointCount> metrics) {
   double length = 0;
-  for (const Node& node : kNodes) {
-    length += node.weight * std::sqrt(SquaredLength(field.At(p + node.position * e, hint), e));
+  for (std::size_t i = 0; i < metrics.size(); ++i) {
+    length += kNodes[i].weight * std::sqrt(SquaredLength(metrics[i], e));
   }
   return length;
 }

@@ -1,6 +1,9 @@
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <span>
 
 #include "core/geometry/vec2.h"
 #include "core/metric/metric.h"
@@ -20,6 +23,17 @@ namespace pliant {
 /// @return length, dimensionless, >= 0; symmetric under swapping the ends up to rounding.
 /// @par Cost    five evaluations of the field.
 [[nodiscard]] double IntegratedLength(const MetricField& field, Vec2 p, Vec2 q, std::int32_t& hint);
+
+/// Points at which IntegratedLength asks the field.
+inline constexpr std::size_t kIntegrationPointCount = 5;
+
+/// IntegratedLength for those who ask for many segments together: where it asks, from p to q...
+[[nodiscard]] std::array<Vec2, kIntegrationPointCount> IntegrationPoints(Vec2 p, Vec2 q);
+
+/// ...and the length, to the bit, that follows from the metrics there.
+/// @param e  q - p
+[[nodiscard]] double IntegratedLength(Vec2 e,
+                                      std::span<const Metric, kIntegrationPointCount> metrics);
 
 /// Length of the segment pq measured in a metric that varies from `mp` to `mq` along it.
 ///

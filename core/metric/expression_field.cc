@@ -45,7 +45,7 @@ class TensorField final : public ExpressionField {
  private:
   Metric Raw(Vec2 p) const {
     const double t = settings().time;
-    if (shared_) {
+    if (shared_ && shared_->shares()) {
       const auto [m11, m12, m22] = shared_->Evaluate(p, t);
       return {m11, m12, m22};
     }
@@ -54,6 +54,19 @@ class TensorField final : public ExpressionField {
 
   std::optional<Metric> Evaluate(Vec2 p) const override {
     return AdmitTensor(Raw(p), settings().bounds);
+  }
+
+  BlockAnswers EvaluateBlock(std::span<const Vec2> points) const override {
+    BlockAnswers answers;
+    if (!shared_) {
+      std::ranges::transform(points, answers.begin(), [this](Vec2 p) { return Evaluate(p); });
+      return answers;
+    }
+    const auto [m11, m12, m22] = shared_->EvaluateBlock(points, settings().time);
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      answers[i] = AdmitTensor({m11[i], m12[i], m22[i]}, settings().bounds);
+    }
+    return answers;
   }
 
   Error Describe(Vec2 p) const override {
@@ -76,7 +89,7 @@ class TensorField final : public ExpressionField {
 
   ExpressionMetric source_;
   std::array<Expression, 3> entries_;
-  std::optional<SharedProgram> shared_;  // Of the entries, if they can be evaluated together.
+  std::optional<SharedProgram> shared_;  // Of the entries, if they have no condition.
 };
 
 class SizeField final : public ExpressionField {
@@ -90,11 +103,23 @@ class SizeField final : public ExpressionField {
  private:
   double Raw(Vec2 p) const {
     const double t = settings().time;
-    return shared_ ? shared_->Evaluate(p, t)[0] : size_.Evaluate(p, t);
+    return shared_ && shared_->shares() ? shared_->Evaluate(p, t)[0] : size_.Evaluate(p, t);
   }
 
-  std::optional<Metric> Evaluate(Vec2 p) const override {
-    double size = Raw(p);
+  std::optional<Metric> Evaluate(Vec2 p) const override { return Admit(Raw(p)); }
+
+  BlockAnswers EvaluateBlock(std::span<const Vec2> points) const override {
+    BlockAnswers answers;
+    if (!shared_) {
+      std::ranges::transform(points, answers.begin(), [this](Vec2 p) { return Evaluate(p); });
+      return answers;
+    }
+    const SharedProgram::Block sizes = shared_->EvaluateBlock(points, settings().time)[0];
+    for (std::size_t i = 0; i < points.size(); ++i) answers[i] = Admit(sizes[i]);
+    return answers;
+  }
+
+  std::optional<Metric> Admit(double size) const {
     const SizeBounds& bounds = settings().bounds;
     if (!(size > 0)) return {};
     if (bounds.size_max > 0) size = std::min(size, bounds.size_max);
@@ -124,6 +149,18 @@ Metric ExpressionField::At(Vec2 p, std::int32_t& /*hint*/) const {
   if (const std::optional<Metric> metric = Evaluate(p)) return *metric;
   Remember(p);
   return settings_.fallback;
+}
+
+void ExpressionField::AtEach(std::span<const Vec2> points, std::span<std::int32_t> /*hints*/,
+                             std::span<Metric> metrics) const {
+  for (std::size_t begin = 0; begin < points.size(); begin += kBlockLength) {
+    const auto block = points.subspan(begin, std::min(kBlockLength, points.size() - begin));
+    const BlockAnswers answers = EvaluateBlock(block);
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      if (!answers[i]) Remember(block[i]);
+      metrics[begin + i] = answers[i].value_or(settings_.fallback);
+    }
+  }
 }
 
 void ExpressionField::Remember(Vec2 p) const {

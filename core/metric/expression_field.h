@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstddef>
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <variant>
 
 #include "core/base/result.h"
@@ -13,6 +15,7 @@
 #include "core/metric/metric.h"
 #include "core/metric/metric_field.h"
 #include "core/metric/metric_spec.h"
+#include "core/metric/shared_program.h"
 
 namespace pliant {
 
@@ -28,6 +31,8 @@ class ExpressionField : public MetricField {
   };
 
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const final;
+  void AtEach(std::span<const Vec2> points, std::span<std::int32_t> hints,
+              std::span<Metric> metrics) const final;
   [[nodiscard]] std::optional<Metric> Probe(Vec2 p, std::int32_t& /*hint*/) const final {
     return Evaluate(p);
   }
@@ -43,9 +48,14 @@ class ExpressionField : public MetricField {
 
   [[nodiscard]] const Settings& settings() const { return settings_; }
 
+  static constexpr std::size_t kBlockLength = SharedProgram::kBlockLength;
+  using BlockAnswers = std::array<std::optional<Metric>, kBlockLength>;
+
  private:
   /// The bounded metric at p; nothing if the value there is not usable.
   [[nodiscard]] virtual std::optional<Metric> Evaluate(Vec2 p) const = 0;
+  /// The same at up to kBlockLength points, in order.
+  [[nodiscard]] virtual BlockAnswers EvaluateBlock(std::span<const Vec2> points) const = 0;
   /// The expressions' texts.
   [[nodiscard]] virtual std::variant<ExpressionMetric, SizeMetric> Source() const = 0;
   /// What is wrong at p, where Evaluate returned nothing.

@@ -63,6 +63,10 @@ Metric Compose(const Spectrum& axes, double low, double high) {
           high * axes.p22 + low * axes.p11};
 }
 
+bool BoundsNothing(const SizeBounds& bounds) {
+  return bounds.size_max <= 0 && bounds.size_min <= 0 && bounds.anisotropy_max <= 0;
+}
+
 }  // namespace
 
 bool IsPositiveDefinite(const Metric& m) {
@@ -164,6 +168,7 @@ Metric Intersect(const Metric& a, const Metric& b) {
 }
 
 Metric Bound(const Metric& m, const SizeBounds& bounds) {
+  if (BoundsNothing(bounds)) return m;
   const Spectrum axes = SpectrumOf(m.m11, m.m12, m.m22);
   const Eigenvalues raw = EigenvaluesOf(m);
   double high = raw.high;
@@ -191,7 +196,9 @@ std::optional<Metric> AdmitTensor(const Metric& raw, const SizeBounds& bounds) {
   constexpr double kZeroShare = 0x1p-40;
   const auto is_measurable = [&](double entry) { return std::abs(entry) <= kEntryMax; };
   if (!is_measurable(raw.m11) || !is_measurable(raw.m12) || !is_measurable(raw.m22)) return {};
-  if (!IsPositiveDefinite(raw)) {
+  if (IsPositiveDefinite(raw)) {
+    if (BoundsNothing(bounds)) return raw;
+  } else {
     const Eigenvalues eigenvalues = EigenvaluesOf(raw);
     const bool is_semi_definite =
         eigenvalues.high >= 0 && eigenvalues.low >= -kZeroShare * eigenvalues.high;

@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <optional>
+#include <span>
 
 #include "core/base/bytes.h"
 #include "core/base/result.h"
@@ -16,7 +17,8 @@ namespace pliant {
 ///
 /// *Invariants*: pure; the same point and any hint give the same bits, so that the order of
 /// questions cannot change a mesh. Every answer is positive definite.
-/// *Threads*: `At` from as many as you like; the rest, one caller at a time and no `At` meanwhile.
+/// *Threads*: `At` and `AtEach` from as many as you like; the rest, one caller at a time and none
+/// of these meanwhile.
 class MetricField {
  public:
   virtual ~MetricField() = default;
@@ -28,8 +30,23 @@ class MetricField {
   /// @param hint  where the last search near p ended, kNoHint at first; only ever a speed-up.
   [[nodiscard]] virtual Metric At(Vec2 p, std::int32_t& hint) const = 0;
 
-  /// The same for someone who only looks around: nothing where there is no usable answer, and no
-  /// trace of the question in status(). The point may lie outside the domain.
+  /// The metrics at many points at once, each with the bits that At gives: what is the same work at
+  /// every point is then paid once for several.
+  ///
+  /// @param points   as for At.
+  /// @param hints    one for each point, as for At; at kNoHint the search begins where that for the
+  ///                 point before it ended.
+  /// @param metrics  gets the answers. @pre all three are equally long
+  virtual void AtEach(std::span<const Vec2> points, std::span<std::int32_t> hints,
+                      std::span<Metric> metrics) const {
+    for (std::size_t i = 0; i < points.size(); ++i) {
+      if (hints[i] == kNoHint && i > 0) hints[i] = hints[i - 1];
+      metrics[i] = At(points[i], hints[i]);
+    }
+  }
+
+  /// The same as At for someone who only looks around: nothing where there is no usable answer, and
+  /// no trace of the question in status(). The point may lie outside the domain.
   [[nodiscard]] virtual std::optional<Metric> Probe(Vec2 p, std::int32_t& hint) const {
     return At(p, hint);
   }

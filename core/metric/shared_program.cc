@@ -11,6 +11,44 @@ namespace {
 
 constexpr std::int32_t kVariableCount = 3;
 
+using Block = SharedProgram::Block;
+using Instruction = ExpressionProgram::Instruction;
+using Operator = ExpressionProgram::Operator;
+
+struct BlockArguments {
+  const Block& a;
+  const Block& b;
+  const Block& c;
+};
+
+/// One operation on all numbers of a block. Those that CPUs have for several numbers at a time are
+/// written out, so that they become such code; Compute says what each of them is.
+void ComputeBlock(const Instruction& i, const BlockArguments& from, Block& to) {
+  const Block& a = from.a;
+  const Block& b = from.b;
+  const Block& c = from.c;
+  const auto each = [&](auto&& operation) {
+    for (std::size_t k = 0; k < to.size(); ++k) to[k] = operation(a[k], b[k], c[k]);
+  };
+  switch (i.code) {
+    // clang-format off
+    case Operator::kAdd: each([](double l, double r, double) { return l + r; }); break;
+    case Operator::kSubtract: each([](double l, double r, double) { return l - r; }); break;
+    case Operator::kMultiply: each([](double l, double r, double) { return l * r; }); break;
+    case Operator::kDivide: each([](double l, double r, double) { return l / r; }); break;
+    case Operator::kNegate: each([](double x, double, double) { return -x; }); break;
+    case Operator::kSquare: each([](double x, double, double) { return x * x; }); break;
+    case Operator::kCallUnary:
+      each([&](double x, double, double) { return i.function->unary(x); }); break;
+    case Operator::kCallFold:
+      each([&](double x, double y, double) { return i.function->fold(x, y); }); break;
+    // clang-format on
+    default:
+      each([&](double x, double y, double z) { return ExpressionProgram::Compute(i, x, y, z); });
+      break;
+  }
+}
+
 }  // namespace
 
 /// Goes through programs and gives every different value a number: variables from 0 on, then steps;
@@ -46,8 +84,6 @@ class SharedProgram::Builder {
     return kVariableCount + constants_.size() + steps_.size() <= kValuesMax;
   }
 
-  [[nodiscard]] bool shares() const { return steps_.size() < operation_count_; }
-
   SharedProgram Build() && {
     const auto constant_count = static_cast<std::int32_t>(constants_.size());
     const auto place = [&](std::int32_t value) {
@@ -56,6 +92,7 @@ class SharedProgram::Builder {
     };
     for (Step& step : steps_) std::ranges::transform(step.arguments, step.arguments.begin(), place);
     SharedProgram program;
+    program.shares_ = steps_.size() < operation_count_;
     std::ranges::transform(results_, program.results_.begin(), place);
     program.result_count_ = results_.size();
     program.constants_ = std::move(constants_);
@@ -120,7 +157,6 @@ std::optional<SharedProgram> SharedProgram::Make(
   for (const ExpressionProgram* program : programs) {
     if (!builder.Add(*program)) return std::nullopt;
   }
-  if (!builder.shares()) return std::nullopt;
   return std::move(builder).Build();
 }
 
@@ -136,6 +172,30 @@ std::array<double, SharedProgram::kResultsMax> SharedProgram::Evaluate(Vec2 p, d
     *next++ = ExpressionProgram::Compute(step.instruction, value(a), value(b), value(c));
   }
   std::array<double, kResultsMax> results = {};
+  for (std::size_t i = 0; i < result_count_; ++i) results[i] = value(results_[i]);
+  return results;
+}
+
+std::array<SharedProgram::Block, SharedProgram::kResultsMax> SharedProgram::EvaluateBlock(
+    std::span<const Vec2> points, double t) const {
+  std::array<Block, kValuesMax> values;
+  // A block that is not full repeats its last point: every number that is computed with is defined.
+  for (std::size_t i = 0; i < kBlockLength; ++i) {
+    const Vec2 p = points[std::min(i, points.size() - 1)];
+    values[0][i] = p.x;
+    values[1][i] = p.y;
+    values[2][i] = t;
+  }
+  std::size_t next = kVariableCount;
+  for (const double constant : constants_) values[next++].fill(constant);
+  const auto value = [&](std::int32_t place) -> const Block& {
+    return values[static_cast<std::size_t>(place)];
+  };
+  for (const Step& step : steps_) {
+    const auto& [a, b, c] = step.arguments;
+    ComputeBlock(step.instruction, {value(a), value(b), value(c)}, values[next++]);
+  }
+  std::array<Block, kResultsMax> results = {};
   for (std::size_t i = 0; i < result_count_; ++i) results[i] = value(results_[i]);
   return results;
 }

@@ -25,16 +25,29 @@ class SharedProgram {
   static constexpr std::size_t kResultsMax = 3;
   /// Most different values, which bounds the scratch memory of Evaluate.
   static constexpr std::size_t kValuesMax = 512;
+  /// Points of one block: enough to pay for finding out what a step does, few enough that what is
+  /// computed for a usual formula stays in the fastest cache.
+  static constexpr std::size_t kBlockLength = 16;
+  /// A number for each point of a block.
+  using Block = std::array<double, kBlockLength>;
 
-  /// Nothing if nothing is computed twice, which one stack does faster; if there are more different
-  /// values; or where what is computed depends on the point: a program with a condition does only
-  /// one of its branches.
+  /// Nothing if there are more different values; or where what is computed depends on the point: a
+  /// program with a condition does only one of its branches.
   /// @param programs  finished, at most kResultsMax.
   [[nodiscard]] static std::optional<SharedProgram> Make(
       std::span<const ExpressionProgram* const> programs);
 
   /// One number for each program, in order, and 0 for those that there are not. No allocation.
   [[nodiscard]] std::array<double, kResultsMax> Evaluate(Vec2 p, double t) const;
+
+  /// The same at several points at once: entry i of a block belongs to point i, those beyond the
+  /// last point mean nothing. @pre 1 <= points.size() <= kBlockLength
+  [[nodiscard]] std::array<Block, kResultsMax> EvaluateBlock(std::span<const Vec2> points,
+                                                             double t) const;
+
+  /// True if something is computed once instead of several times. If not, one stack for each
+  /// program gives a single point's answer faster.
+  [[nodiscard]] bool shares() const { return shares_; }
 
   /// Operations of one evaluation.
   [[nodiscard]] std::size_t size() const { return steps_.size(); }
@@ -58,6 +71,7 @@ class SharedProgram {
   std::vector<Step> steps_;
   std::array<std::int32_t, kResultsMax> results_ = {};
   std::size_t result_count_ = 0;
+  bool shares_ = false;
 };
 
 }  // namespace pliant

@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
+#include <functional>
+#include <memory>
+#include <span>
 #include <utility>
 #include <vector>
 
@@ -55,16 +58,37 @@ class LengthMeter {
   std::int64_t count_ = 0;
 };
 
-class QualityMeter {
- public:
-  explicit QualityMeter(const MetricField& field) : field_(field) {}
+struct Corner {
+  Vec2 position;
+  Metric metric;
+  std::int32_t hint = MetricField::kNoHint;
+};
 
-  struct Corner {
-    Vec2 position;
-    Metric metric;
-  };
+/// Which bin of the angles a cosine belongs to.
+std::size_t AngleBin(double cosine) {
+  static const std::array<double, 61> kCosines = BinCosines();
+  // Cosines fall with the angle: the first border at or below ends the bin.
+  const auto border =
+      std::upper_bound(kCosines.begin() + 1, kCosines.end() - 1, cosine, std::greater<>());
+  return static_cast<std::size_t>(border - kCosines.begin()) - 1;
+}
+
+/// What is measured of some triangles and edges, number by number: parts can be measured in any
+/// order and by several threads, and summed up in one.
+class Sample {
+ public:
+  void Clear() {
+    qualities_.clear();
+    areas_.clear();
+    angle_counts_.fill(0);
+    edges_.clear();
+    averaged_.clear();
+    points_.clear();
+    hints_.clear();
+  }
 
   void AddTriangle(const std::array<Corner, 3>& c) {
+    constexpr double kSqrt3 = 1.7320508075688772;
     const Metric mean = (1.0 / 3.0) * (c[0].metric + c[1].metric + c[2].metric);
     const double area =
         NormalizedArea(c[0].position, mean, c[1].position, mean, c[2].position, mean);
@@ -75,23 +99,69 @@ class QualityMeter {
       const double uu = SquaredLength(mean, u);
       const double ww = SquaredLength(mean, w);
       squared_sum += uu;
-      AddAngle(InnerProduct(mean, u, w) / std::sqrt(uu * ww));
+      ++angle_counts_[AngleBin(InnerProduct(mean, u, w) / std::sqrt(uu * ww))];
     }
-    const double q = 4 * kSqrt3 * area / squared_sum;
-    qualities_.push_back(q);
-    quality_.q_mean += q;
-    quality_.complexity += area;
+    qualities_.push_back(4 * kSqrt3 * area / squared_sum);
+    areas_.push_back(area);
   }
 
   void AddEdge(const Corner& a, const Corner& b) {
-    const double averaged = Distance(a.position, a.metric, b.position, b.metric);
-    averaged_.Add(averaged);
-    integrated_.Add(IntegratedLength(field_, a.position, b.position, hint_));
-    auto& counts = quality_.lengths.counts;
-    const double bin = averaged / quality_.lengths.upper * static_cast<double>(counts.size());
-    const auto last = counts.size() - 1;
-    ++counts[bin >= static_cast<double>(last) ? last : static_cast<std::size_t>(bin)];
-    ++quality_.edge_count;
+    edges_.push_back(b.position - a.position);
+    averaged_.push_back(Distance(a.position, a.metric, b.position, b.metric));
+    const auto points = IntegrationPoints(a.position, b.position);
+    points_.insert(points_.end(), points.begin(), points.end());
+    hints_.push_back(a.hint);
+    hints_.resize(points_.size(), MetricField::kNoHint);
+  }
+
+  /// Asks the field what the edges' integrated lengths need. Last of all.
+  void Integrate(const MetricField& field) {
+    metrics_.resize(points_.size());
+    field.AtEach(points_, hints_, metrics_);
+  }
+
+  [[nodiscard]] std::span<const double> qualities() const { return qualities_; }
+  [[nodiscard]] std::span<const double> areas() const { return areas_; }
+  [[nodiscard]] const std::array<std::int64_t, 60>& angle_counts() const { return angle_counts_; }
+  [[nodiscard]] std::span<const double> averaged() const { return averaged_; }
+  /// Of the edge of that number. @pre Integrate was called
+  [[nodiscard]] double integrated(std::size_t i) const {
+    constexpr std::size_t kCount = kIntegrationPointCount;
+    return IntegratedLength(edges_[i],
+                            std::span<const Metric, kCount>(metrics_.data() + kCount * i, kCount));
+  }
+
+ private:
+  std::vector<double> qualities_;
+  std::vector<double> areas_;
+  std::array<std::int64_t, 60> angle_counts_{};
+  std::vector<Vec2> edges_;  // From end to end.
+  std::vector<double> averaged_;
+  std::vector<Vec2> points_;  // kIntegrationPointCount for each edge, and so what follows.
+  std::vector<std::int32_t> hints_;
+  std::vector<Metric> metrics_;
+};
+
+/// Sums samples up, in the order in which they come.
+class QualityMeter {
+ public:
+  void Add(const Sample& sample) {
+    qualities_.insert(qualities_.end(), sample.qualities().begin(), sample.qualities().end());
+    for (const double q : sample.qualities()) quality_.q_mean += q;
+    for (const double area : sample.areas()) quality_.complexity += area;
+    for (std::size_t bin = 0; bin < sample.angle_counts().size(); ++bin) {
+      quality_.angles.counts[bin] += sample.angle_counts()[bin];
+    }
+    for (std::size_t i = 0; i < sample.averaged().size(); ++i) {
+      const double averaged = sample.averaged()[i];
+      averaged_.Add(averaged);
+      integrated_.Add(sample.integrated(i));
+      auto& counts = quality_.lengths.counts;
+      const double bin = averaged / quality_.lengths.upper * static_cast<double>(counts.size());
+      const auto last = counts.size() - 1;
+      ++counts[bin >= static_cast<double>(last) ? last : static_cast<std::size_t>(bin)];
+      ++quality_.edge_count;
+    }
   }
 
   Quality Finish(std::int64_t vertex_count) {
@@ -110,18 +180,6 @@ class QualityMeter {
   }
 
  private:
-  static constexpr double kSqrt3 = 1.7320508075688772;
-
-  void AddAngle(double cosine) {
-    // Cosines fall with the angle: the first border at or below ends the bin.
-    const auto border =
-        std::upper_bound(cosines_.begin() + 1, cosines_.end() - 1, cosine, std::greater<>());
-    ++quality_.angles.counts[static_cast<std::size_t>(border - cosines_.begin()) - 1];
-  }
-
-  const MetricField& field_;
-  std::int32_t hint_ = MetricField::kNoHint;
-  const std::array<double, 61> cosines_ = BinCosines();
   Quality quality_;
   LengthMeter integrated_;
   LengthMeter averaged_;
@@ -144,48 +202,134 @@ std::vector<std::pair<std::int32_t, std::int32_t>> DistinctEdges(const MeshData&
 
 }  // namespace
 
-Quality MeasureQuality(const Mesh& mesh, const MetricField& field) {
-  QualityMeter meter(field);
-  std::vector<Metric> metrics(static_cast<std::size_t>(mesh.vertex_slots()));
-  for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
-    const VertexRecord& vertex = mesh.vertex(VertexId(v));
-    if (!vertex.live) continue;
-    std::int32_t hint = mesh.hint(VertexId(v));
-    metrics[static_cast<std::size_t>(v)] = field.At(vertex.position, hint);
+/// First the metric at every vertex, then the triangles with the edges that are theirs to tell,
+/// both by slots.
+class QualityMeasurement::Impl {
+ public:
+  Impl(const Mesh& mesh, const MetricField& field)
+      : mesh_(mesh), field_(field), metrics_(static_cast<std::size_t>(mesh.vertex_slots())) {}
+
+  bool Continue(Executor& helpers) {
+    if (next_vertex_ < mesh_.vertex_slots()) {
+      next_vertex_ = Part(next_vertex_, mesh_.vertex_slots(), helpers, &Impl::AskAtVertices);
+    } else if (next_triangle_ < mesh_.triangle_slots()) {
+      next_triangle_ = Part(next_triangle_, mesh_.triangle_slots(), helpers, &Impl::Measure);
+      for (const Sample& sample : samples_) meter_.Add(sample);
+    }
+    return next_vertex_ < mesh_.vertex_slots() || next_triangle_ < mesh_.triangle_slots();
   }
-  const auto corner = [&](VertexId v) {
-    return QualityMeter::Corner{mesh.position(v), metrics[v.index()]};
+
+  Quality Take() { return meter_.Finish(mesh_.vertex_count()); }
+
+ private:
+  static constexpr std::int32_t kTaskCount = 8;
+  static constexpr std::int32_t kTaskLength = 512;
+
+  struct Range {
+    std::int32_t begin;
+    std::int32_t end;
   };
-  for (std::int32_t t = 0; t < mesh.triangle_slots(); ++t) {
-    const TriangleRecord& triangle = mesh.triangle(TriangleId(t));
-    if (!triangle.live) continue;
-    const auto [a, b, c] = CanonicalTriangle(triangle.vertices);
-    meter.AddTriangle({corner(a), corner(b), corner(c)});
-    for (std::size_t side = 0; side < 3; ++side) {
-      // Each edge once: from the triangle with the lower slot.
-      if (triangle.neighbors[side].valid() && triangle.neighbors[side] < TriangleId(t)) continue;
-      const auto [from, to] =
-          std::minmax(triangle.vertices[(side + 1) % 3], triangle.vertices[(side + 2) % 3]);
-      meter.AddEdge(corner(from), corner(to));
+  using Work = void (Impl::*)(Range, Sample&);
+
+  /// Has the slots from `begin` on worked on, as many as make a part; returns where it ends.
+  std::int32_t Part(std::int32_t begin, std::int32_t end, Executor& helpers, Work work) {
+    helpers.Run(kTaskCount, [&](std::int32_t task) {
+      Sample& sample = samples_[static_cast<std::size_t>(task)];
+      sample.Clear();
+      const std::int32_t first = std::min(begin + task * kTaskLength, end);
+      (this->*work)({first, std::min(first + kTaskLength, end)}, sample);
+    });
+    return std::min(begin + kTaskCount * kTaskLength, end);
+  }
+
+  void AskAtVertices(Range slots, Sample& /*sample*/) {
+    std::vector<Vec2> points;
+    std::vector<std::int32_t> hints;
+    for (std::int32_t v = slots.begin; v < slots.end; ++v) {
+      if (!mesh_.vertex(VertexId(v)).live) continue;
+      points.push_back(mesh_.position(VertexId(v)));
+      hints.push_back(mesh_.hint(VertexId(v)));
+    }
+    std::vector<Metric> metrics(points.size());
+    field_.AtEach(points, hints, metrics);
+    auto next = metrics.begin();
+    for (std::int32_t v = slots.begin; v < slots.end; ++v) {
+      if (mesh_.vertex(VertexId(v)).live) metrics_[static_cast<std::size_t>(v)] = *next++;
     }
   }
-  return meter.Finish(mesh.vertex_count());
+
+  void Measure(Range slots, Sample& sample) {
+    const auto corner = [&](VertexId v) {
+      return Corner{mesh_.position(v), metrics_[v.index()], mesh_.hint(v)};
+    };
+    for (std::int32_t t = slots.begin; t < slots.end; ++t) {
+      const TriangleRecord& triangle = mesh_.triangle(TriangleId(t));
+      if (!triangle.live) continue;
+      const auto [a, b, c] = CanonicalTriangle(triangle.vertices);
+      sample.AddTriangle({corner(a), corner(b), corner(c)});
+      for (std::size_t side = 0; side < 3; ++side) {
+        // Each edge once: from the triangle with the lower slot.
+        if (triangle.neighbors[side].valid() && triangle.neighbors[side] < TriangleId(t)) continue;
+        const auto [from, to] =
+            std::minmax(triangle.vertices[(side + 1) % 3], triangle.vertices[(side + 2) % 3]);
+        sample.AddEdge(corner(from), corner(to));
+      }
+    }
+    sample.Integrate(field_);
+  }
+
+  const Mesh& mesh_;
+  const MetricField& field_;
+  std::vector<Metric> metrics_;  // By slot.
+  std::int32_t next_vertex_ = 0;
+  std::int32_t next_triangle_ = 0;
+  std::array<Sample, kTaskCount> samples_;  // One for each task of a part.
+  QualityMeter meter_;
+};
+
+QualityMeasurement::QualityMeasurement(const Mesh& mesh, const MetricField& field)
+    : impl_(std::make_unique<Impl>(mesh, field)) {}
+
+QualityMeasurement::~QualityMeasurement() = default;
+
+bool QualityMeasurement::Continue(Executor& helpers) { return impl_->Continue(helpers); }
+
+Quality QualityMeasurement::Take() { return impl_->Take(); }
+
+Quality MeasureQuality(const Mesh& mesh, const MetricField& field) {
+  QualityMeasurement measurement(mesh, field);
+  InlineExecutor alone;
+  while (measurement.Continue(alone)) {
+  }
+  return measurement.Take();
 }
 
 Quality MeasureQuality(const MeshData& mesh, const MetricField& field) {
-  QualityMeter meter(field);
-  std::vector<Metric> metrics;
-  metrics.reserve(mesh.points.size());
-  std::int32_t hint = MetricField::kNoHint;
-  for (const Vec2 point : mesh.points) metrics.push_back(field.At(point, hint));
+  std::vector<Metric> metrics(mesh.points.size());
+  std::vector<std::int32_t> hints(mesh.points.size(), MetricField::kNoHint);
+  field.AtEach(mesh.points, hints, metrics);
   const auto corner = [&](std::int32_t v) {
     const auto index = static_cast<std::size_t>(v);
-    return QualityMeter::Corner{mesh.points[index], metrics[index]};
+    return Corner{mesh.points[index], metrics[index], hints[index]};
   };
-  for (const auto& [a, b, c] : mesh.triangles) {
-    meter.AddTriangle({corner(a), corner(b), corner(c)});
-  }
-  for (const auto& [from, to] : DistinctEdges(mesh)) meter.AddEdge(corner(from), corner(to));
+  QualityMeter meter;
+  Sample sample;
+  // As in the measurement of a mesh: in portions that stay in the cache.
+  constexpr std::size_t kPortion = 1024;
+  const auto add_each = [&](const auto& items, auto&& add) {
+    for (std::size_t begin = 0; begin < items.size(); begin += kPortion) {
+      sample.Clear();
+      const std::size_t end = std::min(begin + kPortion, items.size());
+      for (std::size_t i = begin; i < end; ++i) add(items[i]);
+      sample.Integrate(field);
+      meter.Add(sample);
+    }
+  };
+  add_each(mesh.triangles, [&](const auto& corners) {
+    sample.AddTriangle({corner(corners[0]), corner(corners[1]), corner(corners[2])});
+  });
+  add_each(DistinctEdges(mesh),
+           [&](const auto& ends) { sample.AddEdge(corner(ends.first), corner(ends.second)); });
   return meter.Finish(static_cast<std::int64_t>(mesh.points.size()));
 }
 

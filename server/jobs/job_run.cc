@@ -34,6 +34,7 @@ Task::Outcome JobRun::RunUnguarded(Clock::Time slice_end) {
     return Outcome::kIdle;
   }
   if (result_) {
+    if (!Measure(slice_end)) return Outcome::kMore;
     Finish();
     return Outcome::kIdle;
   }
@@ -101,6 +102,7 @@ Status JobRun::Account() {
 }
 
 void JobRun::LeaveMemory() {
+  measurement_.reset();
   engine_.reset();
   if (environment_.account != nullptr) environment_.account->Change(reported_, {});
   reported_ = {};
@@ -122,8 +124,17 @@ void JobRun::Commit() {
   result_ = std::move(result);
 }
 
+// Measures the result until that is done (true) or the slice ends (false).
+bool JobRun::Measure(Clock::Time slice_end) {
+  if (measurement_ == nullptr) measurement_ = engine_->Measure(MetricBasis::kLimited);
+  while (measurement_->Continue()) {
+    if (start_.stop->asked() || environment_.clock->Now() >= slice_end) return false;
+  }
+  result_->quality = measurement_->Take();
+  return true;
+}
+
 void JobRun::Finish() {
-  result_->quality = engine_->MeasureQuality(MetricBasis::kLimited);
   End({.state = JobState::kDone,
        .outcome = environment_.codec.write_result(*result_),
        .mesh = WriteMeshSnapshot(engine_->Snapshot())});

@@ -24,8 +24,8 @@ namespace pliant::server {
 /// as that of a session does; a mesh that has no room there fails the job.
 ///
 /// Ends exactly once: with on_end, or with on_stopped if it was told to stop. It looks at that
-/// between two steps and the engine within them, so a loop that runs stops within milliseconds;
-/// building the input's triangulation, the commit and the measurement are not interrupted.
+/// between two steps and the engine within them, so a loop that runs stops within milliseconds, and
+/// so does the measurement; building the input's triangulation and the commit are not interrupted.
 ///
 /// *Threads*: RunSlice runs on one worker at a time and owns everything.
 class JobRun final : public Task {
@@ -57,6 +57,7 @@ class JobRun final : public Task {
   Status Continue(Clock::Time slice_end);
   Status Account();
   void Commit();
+  bool Measure(Clock::Time slice_end);
   void Finish();
   void LeaveMemory();
   void End(JobEnd end);
@@ -73,7 +74,8 @@ class JobRun final : public Task {
   Progress progress_;
   bool loop_over_ = false;
   AdvanceEnd advance_end_ = AdvanceEnd::kEngine;
-  std::optional<JobResult> result_;  // Since the commit.
+  std::optional<JobResult> result_;           // Since the commit.
+  std::unique_ptr<Measurement> measurement_;  // Of the result.
   bool over_ = false;
 };
 

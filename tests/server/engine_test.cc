@@ -34,7 +34,7 @@ TEST(Engine, GivesTheSameMeshAsTheCoreInOneGo) {
   EXPECT_EQ(engine->Snapshot().summary, expected.summary);
   EXPECT_EQ(engine->revision(), Revision(1));
   EXPECT_TRUE(engine->Validate().empty());
-  EXPECT_EQ(engine->MeasureQuality(MetricBasis::kLimited).vertex_count,
+  EXPECT_EQ(MeasureQuality(*engine, MetricBasis::kLimited).vertex_count,
             expected.summary.vertex_count);
 }
 

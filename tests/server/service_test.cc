@@ -3,8 +3,12 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <future>
+#include <limits>
 #include <memory>
 #include <string>
+#include <thread>
+#include <utility>
 
 #include "server/limits.h"
 #include "tests/support/fake_server_parts.h"
@@ -33,7 +37,8 @@ class ServiceTest : public testing::Test {
     return response;
   }
 
-  test::InProcessServer server_{FakeFactory(std::make_shared<FakeEngineScript>())};
+  std::shared_ptr<FakeEngineScript> script_ = std::make_shared<FakeEngineScript>();
+  test::InProcessServer server_{FakeFactory(script_)};
 };
 
 TEST_F(ServiceTest, ListsSessionsInPages) {
@@ -113,6 +118,33 @@ TEST_F(ServiceTest, MeasuresTheCommittedRevision) {
   grpc::ClientContext context;
   ASSERT_TRUE(server_.sessions->GetQuality(&context, request, &response).ok());
   EXPECT_EQ(response.quality().basis(), v1::METRIC_BASIS_RAW);
+}
+
+// Goal: who loses interest in a measurement stops it, and the session goes on. Method: one that has
+// no end, so that the advance after it is answered only if it was given up.
+TEST_F(ServiceTest, GivesAMeasurementUpWhenItsClientDoes) {
+  Create("a");
+  test::EditClient edit(server_, "a");
+  edit.Advance(1);
+  edit.Until(1);
+  script_->measurement_part_count = std::numeric_limits<int>::max();
+  std::promise<void> began;
+  script_->during_measurement = [&began, tells = true]() mutable {
+    if (std::exchange(tells, false)) began.set_value();
+  };
+  grpc::ClientContext context;
+  std::thread reader([&] {
+    v1::GetQualityRequest request;
+    request.set_session_id("a");
+    v1::GetQualityResponse response;
+    const grpc::Status status = server_.sessions->GetQuality(&context, request, &response);
+    EXPECT_EQ(status.error_code(), grpc::StatusCode::CANCELLED);
+  });
+  began.get_future().wait();
+  context.TryCancel();
+  reader.join();
+  edit.Advance(2);
+  edit.Until(2);
 }
 
 TEST_F(ServiceTest, TellsItsVersionCapabilitiesAndLimits) {

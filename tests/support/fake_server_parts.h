@@ -44,6 +44,8 @@ struct FakeEngineScript {
   /// Called while a step runs, before it looks whether it should stop.
   std::function<void()> during_step = {};
   double motion_fraction = 1;  ///< What a motion reaches.
+  int measurement_part_count = 1;
+  std::function<void()> during_measurement = {};  ///< Called in each part of a measurement.
   bool throw_in_step = false;
   bool throw_in_commit = false;
   bool invalid_after_rollback = false;
@@ -51,6 +53,26 @@ struct FakeEngineScript {
   int rollback_count = 0;
   int transfer_count = 0;  ///< Commits with transfer rows.
   std::vector<std::string> calls = {};
+};
+
+/// Counts three vertices, in as many parts as the script says.
+class FakeMeasurement final : public Measurement {
+ public:
+  explicit FakeMeasurement(std::shared_ptr<FakeEngineScript> script) : script_(std::move(script)) {}
+
+  bool Continue() override {
+    if (script_->during_measurement) script_->during_measurement();
+    return ++part_count_ < script_->measurement_part_count;
+  }
+  Quality Take() override {
+    Quality quality;
+    quality.vertex_count = 3;
+    return quality;
+  }
+
+ private:
+  std::shared_ptr<FakeEngineScript> script_;
+  int part_count_ = 0;
 };
 
 /// An engine without a mesh: three vertices, of which vertex 0 moves at each commit that had work.
@@ -160,10 +182,8 @@ class FakeEngine final : public Engine {
     diff.summary.vertex_count = 2;
     return diff;
   }
-  Quality MeasureQuality(MetricBasis) const override {
-    Quality quality;
-    quality.vertex_count = 3;
-    return quality;
+  std::unique_ptr<Measurement> Measure(MetricBasis) const override {
+    return std::make_unique<FakeMeasurement>(script_);
   }
   std::vector<std::string> Validate() const override {
     if (script_->invalid_after_rollback) return {"triangle 7 is inverted"};

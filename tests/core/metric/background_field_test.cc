@@ -4,9 +4,11 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <utility>
+#include <vector>
 
 #include "core/base/rng.h"
 
@@ -78,6 +80,25 @@ TEST(BackgroundField, GivesTheSameBitsWithAnyHint) {
     EXPECT_EQ(field->At(p, hint), expected);
     EXPECT_EQ(field->At(p, hint), expected);
     EXPECT_GE(hint, 0);
+  }
+}
+
+// Goal: many points at once get the same bits, and a point without a hint begins where the search
+// for the one before it ended.
+TEST(BackgroundField, AnswersManyPointsAsOne) {
+  const auto field = BackgroundField::Make(Example(9), {}).value();
+  Rng rng(7);
+  std::vector<Vec2> points(50);
+  for (Vec2& p : points) p = {rng.Uniform(-0.2, 1.2), rng.Uniform(-0.2, 1.2)};
+  std::vector<std::int32_t> hints(points.size(), MetricField::kNoHint);
+  hints[10] = 3;
+  std::vector<Metric> metrics(points.size());
+  field->AtEach(points, hints, metrics);
+  std::int32_t hint = MetricField::kNoHint;
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (i == 10) hint = 3;
+    EXPECT_EQ(metrics[i], field->At(points[i], hint));
+    EXPECT_EQ(hints[i], hint) << i;
   }
 }
 

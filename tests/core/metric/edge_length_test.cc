@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <utility>
@@ -27,6 +29,20 @@ Metric Turning(Vec2 p) {
   const double t = p.x + 0.5 * p.y;
   const double r = 0.3 * std::exp(p.y);
   return MetricFromAxes({r, 0.2 * r, {std::cos(t), std::sin(t)}});
+}
+
+// Goal: to ask for the points of many segments together changes no bit.
+TEST(IntegratedLength, IsThatOfItsPoints) {
+  const FunctionField field(Turning);
+  Rng rng(5);
+  for (int trial = 0; trial < 100; ++trial) {
+    const Vec2 p = {rng.Uniform(-1, 1), rng.Uniform(-1, 1)};
+    const Vec2 q = {rng.Uniform(-1, 1), rng.Uniform(-1, 1)};
+    std::array<Metric, kIntegrationPointCount> metrics;
+    std::ranges::transform(IntegrationPoints(p, q), metrics.begin(), Turning);
+    std::int32_t hint = MetricField::kNoHint;
+    EXPECT_EQ(IntegratedLength(q - p, metrics), IntegratedLength(field, p, q, hint));
+  }
 }
 
 // Goal: the quadrature integrates the field, not something near it.

@@ -4,8 +4,12 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <cstdint>
 #include <memory>
 #include <string>
+#include <vector>
+
+#include "core/base/rng.h"
 
 namespace pliant {
 namespace {
@@ -69,6 +73,49 @@ TEST(ExpressionField, RemembersTheLowestBadPoint) {
   EXPECT_THAT(error.message, HasSubstr("the point (-0.5, 3), t = 2, the size is -0.5"));
   size->ClearStatus();
   EXPECT_TRUE(size->status().ok());
+}
+
+/// The answers to many points at once, and one by one.
+void ExpectTheSameAtOnce(const ExpressionField& field, const std::vector<Vec2>& points) {
+  std::vector<Metric> metrics(points.size());
+  std::vector<std::int32_t> hints(points.size(), MetricField::kNoHint);
+  field.AtEach(points, hints, metrics);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    ASSERT_EQ(metrics[i], Ask(field, points[i])) << "point " << i << " of " << points.size();
+  }
+}
+
+// Goal: who asks for many points at once gets the same bits, with and without a condition in the
+// formula, with and without bounds, for blocks that are full and those that are not.
+TEST(ExpressionField, AnswersManyPointsAsOne) {
+  Rng rng(16);
+  for (const std::size_t count : {0U, 1U, 15U, 16U, 17U, 100U}) {
+    std::vector<Vec2> points(count);
+    for (Vec2& p : points) p = {rng.Uniform(-2, 2), rng.Uniform(-2, 2)};
+    for (const SizeBounds& bounds : {SizeBounds{}, SizeBounds{.size_min = 0.2, .size_max = 1}}) {
+      ExpectTheSameAtOnce(*Size("0.1 + exp(-x*x)*t", bounds), points);
+      ExpectTheSameAtOnce(*Size("x < y ? 0.5 : 1 + y*y", bounds), points);
+      ExpectTheSameAtOnce(*Tensor({"1 + x^2", "0.5*x*y", "1 + y^2 + t"}, bounds), points);
+      ExpectTheSameAtOnce(*Tensor({"4", "x < 0 ? 0 : 1", "1 + y^2"}, bounds), points);
+    }
+  }
+}
+
+TEST(ExpressionField, RemembersTheLowestBadPointOfManyAtOnce) {
+  for (const char* formula : {"x + 2", "x < -5 ? 7 : x + 2"}) {
+    const auto size = Size(formula, {});
+    std::vector<Vec2> points(40, {1, 0});
+    points[3] = {-2, 5};
+    points[20] = {-3, 1};
+    points[37] = {-3, 2};
+    std::vector<Metric> metrics(points.size());
+    std::vector<std::int32_t> hints(points.size(), MetricField::kNoHint);
+    size->AtEach(points, hints, metrics);
+    EXPECT_EQ(metrics[0], Metric::Isotropic(3));
+    EXPECT_EQ(metrics[20], kFallback);
+    ASSERT_FALSE(size->status().ok());
+    EXPECT_THAT(size->status().error().message, HasSubstr("(-3, 1)"));
+  }
 }
 
 TEST(ExpressionField, RefusesSizesThatAreNone) {

@@ -9,8 +9,10 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/executor.h"
 #include "core/mesh/export_mesh.h"
 #include "core/metric/function_field.h"
+#include "core/threads/thread_pool.h"
 #include "tests/support/mesh_testing.h"
 
 namespace pliant {
@@ -141,6 +143,27 @@ TEST(MeasureQuality, OfPlainArraysIsThatOfTheMesh) {
   EXPECT_EQ(a.lengths, b.lengths);
   EXPECT_EQ(a.edge_count, b.edge_count);
   EXPECT_NEAR(a.integrated.mean, b.integrated.mean, 1e-14) << "summed in another order";
+}
+
+// Goal: parts and helpers change no bit. Method: a mesh of several parts with free slots, measured
+// in one go and by threads; then twice as many looks as there are parts.
+TEST(QualityMeasurement, GivesTheBitsOfTheWholeWhoeverHelps) {
+  const auto made = testing::ImportedMesh(GridData(60, 60));
+  testing::RandomEditor editor(*made, 4);
+  for (int i = 0; i < 3000; ++i) editor.Step();
+  ASSERT_LT(made->mesh.triangle_count(), made->mesh.triangle_slots());
+  const FunctionField field(&Wavy);
+  const Quality whole = MeasureQuality(made->mesh, field);
+  ThreadPool threads(3);
+  InlineExecutor alone;
+  for (Executor* helpers : {static_cast<Executor*>(&threads), static_cast<Executor*>(&alone)}) {
+    QualityMeasurement measurement(made->mesh, field);
+    int part_count = 1;
+    while (measurement.Continue(*helpers)) ++part_count;
+    EXPECT_GE(part_count, 3);
+    EXPECT_FALSE(measurement.Continue(*helpers)) << "nothing is measured twice";
+    EXPECT_EQ(measurement.Take(), whole);
+  }
 }
 
 TEST(MeasureQuality, OfAnEquilateralTriangleIsOne) {

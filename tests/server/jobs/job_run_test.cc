@@ -99,6 +99,26 @@ TEST(JobRun, StopsInTheSliceAfterItIsTold) {
   EXPECT_EQ(harness.stopped_count, 1);
 }
 
+// Goal: the measurement shares its worker too, and stops when it is told. Method: parts of a
+// millisecond, two to a slice.
+TEST(JobRun, MeasuresInSlices) {
+  for (const bool is_stopped : {false, true}) {
+    RunHarness harness({.visits_needed = 10});
+    harness.script->measurement_part_count = 10;
+    int part_count = 0;
+    harness.script->during_measurement = [&] {
+      harness.clock.Advance(std::chrono::milliseconds(1));
+      if (++part_count == 3 && is_stopped) harness.stop->Set(true);
+    };
+    const int slices = harness.RunAll();
+    EXPECT_EQ(harness.stopped_count, is_stopped ? 1 : 0);
+    EXPECT_EQ(harness.end_count, is_stopped ? 0 : 1);
+    EXPECT_EQ(part_count, is_stopped ? 3 : 10);
+    // Build, loop and commit, then the measurement.
+    EXPECT_EQ(slices, 3 + (is_stopped ? 3 : 5));
+  }
+}
+
 TEST(JobRun, FailsWithTheErrorOfItsInputOrItsEngine) {
   RunHarness input({}, "bad");
   input.RunAll();
