@@ -68,19 +68,17 @@ void PairSides(std::span<Side> sides, Neighborhood& result) {
 
 }  // namespace
 
-TriangleLocator::TriangleLocator(std::vector<Vec2> points,
+TriangleLocator::TriangleLocator(const std::vector<Vec2>& points,
                                  const std::vector<std::array<std::int32_t, 3>>& triangles,
                                  const StopSignal* stop)
-    : TriangleLocator([&] {
-        const auto point_count = static_cast<std::int32_t>(points.size());
-        return LinkedTriangles{std::move(points), triangles,
-                               FindNeighbors(triangles, point_count, stop).across};
-      }()) {}
+    : TriangleLocator(
+          points, triangles,
+          FindNeighbors(triangles, static_cast<std::int32_t>(points.size()), stop).across) {}
 
-TriangleLocator::TriangleLocator(std::vector<Vec2> points,
+TriangleLocator::TriangleLocator(std::span<const Vec2> points,
                                  std::span<const std::array<std::int32_t, 3>> triangles,
                                  std::span<const std::array<std::int32_t, 3>> neighbors)
-    : points_(std::move(points)),
+    : points_(points.begin(), points.end()),
       box_(points_.empty() ? BoundingBox{} : BoxOf(points_)),
       lowest_triangle_(points_.size(), -1),
       row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(triangles.size())))),

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/large_pages.h"
 #include "core/base/lazy.h"
 #include "core/base/prefetch.h"
 #include "core/base/stop_signal.h"
@@ -43,20 +44,21 @@ struct LinkedTriangles {
 /// *Threads*: as many as you like.
 class TriangleLocator {
  public:
-  /// Takes the arrays, and derives the rest in O(n log n).
+  /// Copies the arrays, and derives the rest in O(n log n).
   ///
   /// @param triangles  corners as indices into `points`, counter-clockwise, at least one triangle.
   /// @pre A valid triangulation: no overlaps, no two triangles on the same side of an edge, no
   ///      vertex inside an edge. Where it is not valid, the answer is one of those possible.
   ///      Indices out of range are a bug of the caller.
   /// @param stop  if given and it asks to, the rest is left out: then only to be thrown away.
-  TriangleLocator(std::vector<Vec2> points,
+  TriangleLocator(const std::vector<Vec2>& points,
                   const std::vector<std::array<std::int32_t, 3>>& triangles,
                   const StopSignal* stop = nullptr);
   /// The same where the neighbours are known. @par Cost O(n)
-  explicit TriangleLocator(LinkedTriangles linked)
-      : TriangleLocator(std::move(linked.points), linked.triangles, linked.neighbors) {}
-  TriangleLocator(std::vector<Vec2> points, std::span<const std::array<std::int32_t, 3>> triangles,
+  explicit TriangleLocator(const LinkedTriangles& linked)
+      : TriangleLocator(linked.points, linked.triangles, linked.neighbors) {}
+  TriangleLocator(std::span<const Vec2> points,
+                  std::span<const std::array<std::int32_t, 3>> triangles,
                   std::span<const std::array<std::int32_t, 3>> neighbors);
 
   [[nodiscard]] std::span<const Vec2> points() const { return points_; }
@@ -113,9 +115,9 @@ class TriangleLocator {
   [[nodiscard]] Location Search(Vec2 p) const;
   [[nodiscard]] const BoxTree& Tree() const;
 
-  std::vector<Vec2> points_;
+  LargeVector<Vec2> points_;
   BoundingBox box_;
-  std::vector<Links> links_;
+  LargeVector<Links> links_;
   std::vector<std::int32_t> lowest_triangle_;  ///< Of each point; -1 for a point of no triangle.
   std::int64_t row_ = 0;                 ///< The root of the number of triangles: a way across.
   std::unique_ptr<LazyTree> lazy_tree_;  ///< Made at the first question that needs it.

@@ -116,7 +116,7 @@ Error BadTensor(ErrorCode code, std::size_t index, const std::string& what) {
           .index = static_cast<std::int64_t>(index)};
 }
 
-Result<std::vector<LogMetric>> TakeLogs(const BackgroundMetric& metric, const SizeBounds& bounds,
+Result<LargeVector<LogMetric>> TakeLogs(const BackgroundMetric& metric, const SizeBounds& bounds,
                                         const StopSignal* stop) {
   if (metric.tensors.size() != metric.mesh.points.size()) {
     return Error{.code = ErrorCode::kArrayLength,
@@ -125,7 +125,7 @@ Result<std::vector<LogMetric>> TakeLogs(const BackgroundMetric& metric, const Si
                             " tensors; expected one for each point",
                  .field = "metric.tensors"};
   }
-  std::vector<LogMetric> logs;
+  LargeVector<LogMetric> logs;
   logs.reserve(metric.tensors.size());
   StopPoll stopped(stop);
   for (std::size_t i = 0; i < metric.tensors.size(); ++i) {
@@ -158,29 +158,29 @@ Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundM
   const Neighborhood neighbors =
       FindNeighbors(mesh.triangles, static_cast<std::int32_t>(mesh.points.size()), stop);
   if (neighbors.overlaps) PLIANT_RETURN_IF_ERROR(CheckEdges(mesh, stop));
-  PLIANT_ASSIGN_OR_RETURN(std::vector<LogMetric> logs, TakeLogs(metric, bounds, stop));
+  PLIANT_ASSIGN_OR_RETURN(LargeVector<LogMetric> logs, TakeLogs(metric, bounds, stop));
   if (stop != nullptr && stop->asked()) return Stopped();
   TriangleLocator locator(mesh.points, mesh.triangles, neighbors.across);
   return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
 }
 
-std::unique_ptr<BackgroundField> BackgroundField::OfValid(LinkedTriangles mesh,
+std::unique_ptr<BackgroundField> BackgroundField::OfValid(const LinkedTriangles& mesh,
                                                           std::span<const Metric> tensors,
                                                           const StopSignal* stop) {
   StopPoll stopped(stop);
-  std::vector<LogMetric> logs;
+  LargeVector<LogMetric> logs;
   logs.reserve(tensors.size());
   for (const Metric& tensor : tensors) {
     if (stopped()) return nullptr;
     logs.push_back(Log(tensor));
   }
   return std::unique_ptr<BackgroundField>(
-      new BackgroundField(TriangleLocator(std::move(mesh)), std::move(logs)));
+      new BackgroundField(TriangleLocator(mesh), std::move(logs)));
 }
 
 std::unique_ptr<BackgroundField> BackgroundField::Restore(
-    std::vector<Vec2> points, const std::vector<std::array<std::int32_t, 3>>& triangles,
-    std::vector<LogMetric> logs) {
+    const std::vector<Vec2>& points, const std::vector<std::array<std::int32_t, 3>>& triangles,
+    std::span<const LogMetric> logs) {
   if (triangles.empty() || logs.size() != points.size()) return nullptr;
   for (const auto& corners : triangles) {
     for (const std::int32_t corner : corners) {
@@ -188,8 +188,9 @@ std::unique_ptr<BackgroundField> BackgroundField::Restore(
     }
   }
   if (!std::ranges::all_of(points, [](Vec2 p) { return IsFinite(p); })) return nullptr;
-  TriangleLocator locator(std::move(points), triangles);
-  return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
+  TriangleLocator locator(points, triangles);
+  return std::unique_ptr<BackgroundField>(
+      new BackgroundField(std::move(locator), {logs.begin(), logs.end()}));
 }
 
 Status BackgroundField::Save(ByteWriter& writer) const {
@@ -221,6 +222,8 @@ void BackgroundField::PrefetchBehindHint(std::int32_t hint) const {
     PrefetchToRead(&locator_.points()[static_cast<std::size_t>(corner)]);
     PrefetchToRead(&logs_[static_cast<std::size_t>(corner)]);
   }
+  // Most walks take two steps.
+  for (const std::int32_t beyond : locator_.neighbors(hint)) locator_.Prefetch(beyond);
 }
 
 Metric BackgroundField::At(Vec2 p, std::int32_t& hint) const {

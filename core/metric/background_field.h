@@ -8,6 +8,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/large_pages.h"
 #include "core/base/result.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/locate.h"
@@ -33,15 +34,15 @@ class BackgroundField final : public MetricField {
 
   /// The same of a mesh and positive definite tensors that need no check and no bounds.
   /// @param stop  null: nobody; else nothing comes back if it asks to.
-  [[nodiscard]] static std::unique_ptr<BackgroundField> OfValid(LinkedTriangles mesh,
+  [[nodiscard]] static std::unique_ptr<BackgroundField> OfValid(const LinkedTriangles& mesh,
                                                                 std::span<const Metric> tensors,
                                                                 const StopSignal* stop = nullptr);
 
   /// The same from the logarithms of bounded tensors, as Save wrote them: nothing is computed anew.
   /// Nothing where the arrays fit no field.
   [[nodiscard]] static std::unique_ptr<BackgroundField> Restore(
-      std::vector<Vec2> points, const std::vector<std::array<std::int32_t, 3>>& triangles,
-      std::vector<LogMetric> logs);
+      const std::vector<Vec2>& points, const std::vector<std::array<std::int32_t, 3>>& triangles,
+      std::span<const LogMetric> logs);
 
   /// @par Cost  a walk of a few triangles from a good hint, two exponentials.
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
@@ -57,11 +58,11 @@ class BackgroundField final : public MetricField {
   [[nodiscard]] std::size_t bytes() const override;
 
  private:
-  BackgroundField(TriangleLocator locator, std::vector<LogMetric> logs)
+  BackgroundField(TriangleLocator locator, LargeVector<LogMetric> logs)
       : locator_(std::move(locator)), logs_(std::move(logs)) {}
 
   TriangleLocator locator_;
-  std::vector<LogMetric> logs_;
+  LargeVector<LogMetric> logs_;
 };
 
 }  // namespace pliant

@@ -33,9 +33,9 @@ std::shared_ptr<MetricField> ReadBackground(ByteReader& reader) {
     points.push_back({numbers[i], numbers[i + 1]});
   }
   const auto triangles = Triples<std::array<std::int32_t, 3>, std::int32_t>(reader);
-  auto logs = Triples<LogMetric, double>(reader);
+  const auto logs = Triples<LogMetric, double>(reader);
   if (!reader.ok()) return nullptr;
-  return BackgroundField::Restore(std::move(points), triangles, std::move(logs));
+  return BackgroundField::Restore(points, triangles, logs);
 }
 
 ExpressionField::Settings TakeSettings(ByteReader& reader) {

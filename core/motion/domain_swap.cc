@@ -374,7 +374,7 @@ StateAround DomainSwap::StateAt(const Mesh& mesh, VertexId vertex) {
   if (locator_ == nullptr) {
     std::vector<std::array<std::int32_t, 3>> triangles;
     for (const auto& triangle : inside_.triangles) triangles.push_back(triangle.points);
-    locator_ = std::make_unique<TriangleLocator>(domain_.points, std::move(triangles));
+    locator_ = std::make_unique<TriangleLocator>(domain_.points, triangles);
   }
   const Location at = locator_->Locate(mesh.position(vertex), -1);
   if (!at.inside) return {.known = true, .state = {}};
