@@ -54,12 +54,14 @@ nlohmann::json JsonOf(const std::vector<Update>& updates) {
 }
 
 void Untouched::Before(const Mesh& mesh, const std::function<bool(const VertexRecord&)>& inside) {
-  outside_.assign(static_cast<std::size_t>(mesh.vertex_slots()), false);
-  live_ = 0;
+  live_.assign(static_cast<std::size_t>(mesh.vertex_slots()), false);
+  outside_ = live_;
+  live_count_ = 0;
   outside_count_ = 0;
   for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
     if (!mesh.vertex(VertexId(v)).live) continue;
-    ++live_;
+    ++live_count_;
+    live_[static_cast<std::size_t>(v)] = true;
     outside_[static_cast<std::size_t>(v)] = !inside(mesh.vertex(VertexId(v)));
     outside_count_ += outside_[static_cast<std::size_t>(v)] ? 1 : 0;
   }
@@ -70,13 +72,14 @@ void Untouched::After(const MeshDiff& diff, const MeshDiff& snapshot) {
   double touched_outside = 0;
   for (const auto* ids : {&diff.vertex_ids, &diff.removed_vertices}) {
     for (const VertexId id : *ids) {
-      if (id.index() >= outside_.size()) continue;
+      // Who is new, perhaps in the slot of one long gone, has nothing that could be kept.
+      if (id.index() >= live_.size() || !live_[id.index()]) continue;
       ++touched;
       touched_outside += outside_[id.index()] ? 1 : 0;
     }
   }
   ++steps_;
-  kept_ += 1 - touched / live_;
+  kept_ += 1 - touched / live_count_;
   kept_outside_ += outside_count_ > 0 ? 1 - touched_outside / outside_count_ : 1;
   bytes_ += BytesOf(diff) / BytesOf(snapshot);
 }

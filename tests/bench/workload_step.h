@@ -37,8 +37,9 @@ class Untouched {
   [[nodiscard]] nlohmann::json Json() const;
 
  private:
-  std::vector<bool> outside_;  // By slot, of live vertices.
-  double live_ = 0;
+  std::vector<bool> live_;     // By slot.
+  std::vector<bool> outside_;  // Of live vertices.
+  double live_count_ = 0;
   double outside_count_ = 0;
   double kept_ = 0;  // Sums of shares.
   double kept_outside_ = 0;

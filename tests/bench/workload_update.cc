@@ -7,6 +7,7 @@
 #include "client/io/file.h"
 #include "client/io/medit.h"
 #include "core/mesh/export_mesh.h"
+#include "core/metric/function_field.h"
 #include "core/motion/move.h"
 #include "tests/bench/workload_step.h"
 
@@ -90,6 +91,14 @@ Result<nlohmann::json> RunBump(Remesher& remesher, const Request& request) {
   return nlohmann::json{{"on", JsonOf(ups)}, {"off", JsonOf(downs)}};
 }
 
+/// What case F as tensors stands for: half the size inside the disc.
+std::unique_ptr<MetricField> DiscOn(const Metric& base, double radius) {
+  const auto metric = [base, radius](Vec2 p) {
+    return Length(p - Vec2{0.5, 0.5}) < radius ? 4 * base : base;
+  };
+  return std::make_unique<FunctionField<decltype(metric)>>(metric);
+}
+
 /// Case F as tensors at vertices: half the size in a disc of 0.1 % of the area, `repeat` times, and
 /// back at all vertices that have another tensor by then. The first of each is not counted: it
 /// finds no memory warm.
@@ -110,16 +119,22 @@ Result<nlohmann::json> RunTensors(Remesher& remesher, const Request& request) {
     }
     return vertices;
   };
+  const auto is_inside = [&](const VertexRecord& v) {
+    return Length(v.position - Vec2{0.5, 0.5}) < radius;
+  };
   std::vector<Update> ups;
   std::vector<Update> downs;
   std::vector<double> sent;
+  Untouched untouched;
+  nlohmann::json quality_on;
   for (int run = 0; run <= request.repeat; ++run) {
-    const auto inside = select([&](const VertexRecord& v) {
-      return Length(v.position - Vec2{0.5, 0.5}) < radius;
-    });
+    const auto inside = select(is_inside);
     const std::vector<Metric> finer(inside.size(), fine);
+    untouched.Before(mesh, is_inside);
     PLIANT_ASSIGN_OR_RETURN(Update up,
                             RunOne(remesher, [&] { return remesher.SetTensors(inside, finer); }));
+    untouched.After(up.diff, remesher.Snapshot());
+    if (run == 0) quality_on = QualityOf(mesh, *DiscOn(base, radius));
     const auto other =
         select([&](const VertexRecord& v) { return RelativeChange(base, v.metric) > 1e-6; });
     const std::vector<Metric> back(other.size(), base);
@@ -130,7 +145,11 @@ Result<nlohmann::json> RunTensors(Remesher& remesher, const Request& request) {
     ups.push_back(std::move(up));
     downs.push_back(std::move(down));
   }
-  return nlohmann::json{{"on", JsonOf(ups)}, {"off", JsonOf(downs)}, {"sent_nodes", Median(sent)}};
+  return nlohmann::json{{"on", JsonOf(ups)},
+                        {"off", JsonOf(downs)},
+                        {"sent_nodes", Median(sent)},
+                        {"quality_on", quality_on},
+                        {"untouched", untouched.Json()}};
 }
 
 /// The same metric again: once as the same formulas, once as the same tensors at every vertex.

@@ -14,9 +14,10 @@ import numpy as np
 @dataclasses.dataclass(frozen=True)
 class Case:
     name: str
-    low: float  # The domain is the square [low, high]^2.
+    low: float  # The domain is the square [low, high]^2...
     high: float
     metric: Callable[[np.ndarray], np.ndarray]
+    hole: np.ndarray | None = None  # ...without this polygon: (n, 2), counter-clockwise.
 
 
 def _from_axes(normal, across, along):
@@ -67,6 +68,49 @@ def front_at(xc, nodes):
     return Case("E", 0, 1, lambda points: still.metric(points - (xc - 0.5, 0)))
 
 
+def disc(nodes, on):
+    """Case F: uniform, with half the size in a disc of 0.1 % of the area while it is on."""
+    def metric(points):
+        x, y = points.T
+        inside = on & (np.hypot(x - 0.5, y - 0.5) < np.sqrt(0.001 / np.pi))
+        scale = nodes * np.sqrt(3) / 2 * np.where(inside, 4, 1)
+        return np.stack([scale, 0 * x, scale], axis=1)
+    return Case("F", 0, 1, metric)
+
+
+def _layer(name, radii, center, turn, scale):
+    """An ellipse in a layer: the size grows with the distance from it, up to four times smaller
+    across than along. The turn is in degrees."""
+    axis = np.array([np.cos(np.radians(turn)), np.sin(np.radians(turn))])
+    beside = np.array([-axis[1], axis[0]])
+
+    def metric(points):
+        arm = points - center
+        u, v = arm @ axis, arm @ beside
+        level = np.hypot(u / radii[0], v / radii[1])
+        slope = np.stack([u / radii[0]**2, v / radii[1]**2], axis=1)
+        steepness = np.maximum(1e-12, np.hypot(*slope.T))
+        distance = np.maximum(0, level * (level - 1) / steepness)
+        along = 0.02 + 0.15 * distance
+        across = along / (1 + 3 * np.exp(-distance / 0.05))
+        normal = (slope / steepness[:, None]) @ np.stack([axis, beside])
+        return scale * _from_axes(normal.T, across**-2, along**-2)
+
+    t = 2 * np.pi * np.arange(256) / 256
+    hole = (center + radii[0] * np.cos(t)[:, None] * axis + radii[1] * np.sin(t)[:, None] * beside)
+    return Case(name, 0, 1, metric, hole)
+
+
+def hole_at(shift, nodes):
+    """Case G: a round hole, moved to the right."""
+    return _layer("G-hole", (0.1, 0.1), np.array([0.4 + shift, 0.5]), 0, 1.57111598e-3 * nodes)
+
+
+def flap_at(turn, nodes):
+    """Case G: a flap, turned by so many degrees."""
+    return _layer("G-flap", (0.25, 0.05), np.array([0.4, 0.5]), turn, 1.01226050e-3 * nodes)
+
+
 def by_name(name, nodes):
     if name == "A":
         return gaussian(nodes)
@@ -76,4 +120,10 @@ def by_name(name, nodes):
         return _front("C", 100, 0.5, 0.55669468 * nodes)
     if name == "C1000":
         return _front("C1000", 1000, 0.15, 0.4626196 * nodes)
-    raise SystemExit(f"there is no case {name!r}; there are A, B, C and C1000")
+    if name == "F":
+        return disc(nodes, False)
+    if name == "G-hole":
+        return hole_at(0, nodes)
+    if name == "G-flap":
+        return flap_at(0, nodes)
+    raise SystemExit(f"there is no case {name!r}; there are A, B, C, C1000, F, G-hole and G-flap")

@@ -52,6 +52,15 @@ def qualities(points, triangles, metric):
     return 4 * np.sqrt(3) * area / total
 
 
+def domain_of(case):
+    """Area and Euler's number of a case's domain."""
+    area = (case.high - case.low) ** 2
+    if case.hole is None:
+        return area, 1
+    x, y = case.hole.T
+    return area - 0.5 * np.sum(x * np.roll(y, -1) - np.roll(x, -1) * y), 0
+
+
 def judge(mesh, case):
     area = areas(mesh.points, mesh.triangles)
     triangles = mesh.triangles if area.sum() > 0 else mesh.triangles[:, ::-1]
@@ -59,12 +68,12 @@ def judge(mesh, case):
     edges, counts = edges_of(triangles)
     length = lengths(mesh.points, edges, case.metric)
     quality = qualities(mesh.points, triangles, case.metric)
-    exact = (case.high - case.low) ** 2
-    # A disc without overlaps: all triangles positive, no edge in three, Euler's number 1, and the
-    # area of the domain.
+    exact, euler = domain_of(case)
+    # The domain without overlaps: all triangles positive, no edge in three, its Euler number and
+    # its area.
     used = len(np.unique(triangles))
     valid = (areas(mesh.points, triangles).min() > 0 and counts.max() <= 2
-             and used - len(edges) + len(triangles) == 1 and abs(area / exact - 1) < 1e-9)
+             and used - len(edges) + len(triangles) == euler and abs(area / exact - 1) < 1e-9)
     return {"nodes": used, "triangles": len(triangles), "valid": bool(valid),
             "length_mean": length.mean(), "length_min": length.min(), "length_max": length.max(),
             "share_sqrt2": np.mean((length >= 0.5**0.5) & (length <= 2**0.5)),

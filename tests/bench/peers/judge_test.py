@@ -22,7 +22,7 @@ SAME = {"triangles": ("triangles",), "length_mean": ("integrated", "mean"),
 
 class Agreement(unittest.TestCase):
     def test_on_meshes(self):
-        for name in ("A", "B", "C", "C1000"):
+        for name in ("A", "B", "C", "C1000", "F", "G-hole", "G-flap"):
             with self.subTest(case=name), tempfile.TemporaryDirectory() as folder:
                 path = pathlib.Path(folder, "a.mesh")
                 done = subprocess.run([PROGRAM, "--case", name, "--nodes", "1500", "--repeat", "1",
