@@ -229,12 +229,16 @@ void BackgroundField::PrefetchBehindHint(std::int32_t hint) const {
 Metric BackgroundField::At(Vec2 p, std::int32_t& hint) const {
   const Location location = locator_.Locate(p, hint);
   hint = location.triangle;
+  return Exp(LogIn(location));
+}
+
+LogMetric BackgroundField::LogIn(const Location& location) const {
   const auto& corners = locator_.corners(location.triangle);
   LogMetric mean = location.weights[0] * logs_[static_cast<std::size_t>(corners[0])];
   for (std::size_t k = 1; k < 3; ++k) {
     mean = mean + location.weights[k] * logs_[static_cast<std::size_t>(corners[k])];
   }
-  return Exp(mean);
+  return mean;
 }
 
 std::optional<Metric> BackgroundField::Probe(Vec2 p, std::int32_t& hint) const {

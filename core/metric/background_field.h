@@ -57,6 +57,12 @@ class BackgroundField final : public MetricField {
   [[nodiscard]] Status Save(ByteWriter& writer) const override;
   [[nodiscard]] std::size_t bytes() const override;
 
+  [[nodiscard]] const TriangleLocator& locator() const { return locator_; }
+  /// The logarithms of the tensors, one for each point of locator().
+  [[nodiscard]] std::span<const LogMetric> logs() const { return logs_; }
+  /// The logarithm of the metric where locator() has found a point to lie.
+  [[nodiscard]] LogMetric LogIn(const Location& location) const;
+
  private:
   BackgroundField(TriangleLocator locator, LargeVector<LogMetric> logs)
       : locator_(std::move(locator)), logs_(std::move(logs)) {}

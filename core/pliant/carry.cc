@@ -1,7 +1,9 @@
 #include "core/pliant/carry.h"
 
 #include <algorithm>
+#include <memory>
 #include <optional>
+#include <span>
 #include <utility>
 
 #include "core/mesh/frozen_mesh.h"
@@ -9,6 +11,7 @@
 #include "core/mesh/star.h"
 #include "core/pliant/displace.h"
 #include "core/pliant/metric_shift.h"
+#include "core/pliant/nodal_field.h"
 #include "core/pliant/slide.h"
 
 namespace pliant {
@@ -30,6 +33,9 @@ constexpr double kChangeLeft = 0.5;
 /// band that goes by these has a ragged rim, which runs over vertices far beyond the front.
 constexpr double kRimOfBand = 1.5;
 
+/// Memory is fetched for so many vertices before their turn.
+constexpr std::size_t kVerticesAhead = 16;
+
 /// Of more vertices than one for so many triangles, all triangles are read to find their rim.
 constexpr std::ptrdiff_t kScanShare = 12;
 
@@ -39,6 +45,7 @@ class Carrier {
       : edit_(edit),
         mesh_(edit.mesh()),
         field_(field),
+        recalled_(options.recalled),
         tolerance_(options.tolerance),
         signal_(options.stop),
         stopped_(options.stop) {}
@@ -67,7 +74,6 @@ class Carrier {
     Vec2 place;
     std::optional<Metric> tensor;
     std::int32_t hint = MetricField::kNoHint;
-    bool asked = false;
   };
 
   [[nodiscard]] bool Moves(VertexId vertex) const { return moves_[vertex.index()]; }
@@ -77,7 +83,9 @@ class Carrier {
     const std::optional<Vec2> shift = FindShift(SamplesOf(wanted, changed), field_, signal_);
     if (!shift) return false;
     shift_ = *shift;
-    if (!HasCome(wanted, changed)) return false;
+    const auto before = std::make_shared<FrozenMesh>(edit_);
+    if (!HasCome(wanted, changed, *before)) return false;
+    if (recalled_ != nullptr) shift_ = LookBack(wanted, changed, before);
     ChooseCarried(wanted, changed);
     return static_cast<double>(carried_.size()) >=
            kCarriedShare * static_cast<double>(changed.size());
@@ -86,9 +94,8 @@ class Carrier {
   /// True if what the metric has become was there before, one shift back. Where it was not,
   /// something has appeared rather than moved: then every shift that leads out of it explains what
   /// has become of the old tensors, and whoever goes along leaves where more vertices are wanted.
-  [[nodiscard]] bool HasCome(const WantedTensors& wanted,
-                             const std::vector<std::size_t>& changed) const {
-    FrozenMesh before(edit_);
+  [[nodiscard]] bool HasCome(const WantedTensors& wanted, const std::vector<std::size_t>& changed,
+                             FrozenMesh& before) const {
     double all = 0;
     double left = 0;
     for (const std::size_t i : SampleOf(changed)) {
@@ -99,6 +106,18 @@ class Carrier {
       left += LogDistance(now, before.LogAt(mesh_.position(vertex) - shift_, hint));
     }
     return left < kHasCome * all;
+  }
+
+  /// The shift as what was sent says it: that is exact where it was sent, and the metric of before
+  /// knows what is between vertices, where the tensors ahead of a thin front do not.
+  [[nodiscard]] Vec2 LookBack(const WantedTensors& wanted, const std::vector<std::size_t>& changed,
+                              const std::shared_ptr<FrozenMesh>& before) const {
+    std::vector<PlacedTensor> samples;
+    for (const std::size_t i : SampleOf(changed)) {
+      const VertexRecord& record = mesh_.vertex(wanted.vertices[i]);
+      samples.push_back({record.position, wanted.tensors[i], record.triangle.value()});
+    }
+    return -1 * RefineShift(samples, NodalField(before), -1 * shift_);
   }
 
   void Move(CarriedUpdate& update) {
@@ -150,14 +169,16 @@ class Carrier {
 
   void ChooseCarried(const WantedTensors& wanted, const std::vector<std::size_t>& changed) {
     moves_.assign(static_cast<std::size_t>(mesh_.vertex_slots()), false);
-    const std::vector<Ahead> aheads = LookAhead(wanted, changed);
+    std::vector<Ahead> aheads = LookAhead(wanted, changed);
+    if (recalled_ != nullptr) recalled_->SetShift(shift_);
     for (std::size_t k = 0; k < changed.size(); ++k) {
       if (stopped_()) return;
       const std::size_t i = changed[k];
       const VertexId vertex = wanted.vertices[i];
       const Metric& old = mesh_.metric(vertex);
+      if (!aheads[k].tensor) continue;
+      if (recalled_ != nullptr) Recall(aheads[k], vertex);
       const std::optional<Metric>& ahead = aheads[k].tensor;
-      if (!ahead) continue;
       if (!(RelativeChange(wanted.tensors[i], *ahead) > kRimOfBand * tolerance_)) continue;
       const double left = RelativeChange(old, *ahead);
       if (left <= std::max(tolerance_, kChangeLeft * RelativeChange(old, wanted.tensors[i]))) {
@@ -167,36 +188,52 @@ class Carrier {
   }
 
   /// What the new metric has one shift ahead of what changes. A field of triangles walks from one
-  /// answer to the next, which is a matter of one or two triangles from neighbour to neighbour.
+  /// answer to the next, which is a matter of a few triangles between neighbours; vertices are
+  /// asked in order of their slots, most of which lie in memory as they do in the plane.
   std::vector<Ahead> LookAhead(const WantedTensors& wanted,
                                const std::vector<std::size_t>& changed) {
     const auto vertex_of = [&](std::size_t k) { return wanted.vertices[changed[k]]; };
     std::vector<Ahead> aheads(changed.size());
     const bool walks = FieldWalks(vertex_of(0));
-    PlaceMap place_of(mesh_.vertex_slots());
-    for (std::size_t k = 0; walks && k < changed.size(); ++k) {
-      place_of.Add(vertex_of(k), static_cast<std::int32_t>(k));
-    }
-    std::vector<std::size_t> waiting;
-    for (std::size_t first = 0; first < changed.size(); ++first) {
-      if (aheads[first].asked) continue;
-      aheads[first] = {{}, {}, mesh_.hint(vertex_of(first)), true};
-      waiting.push_back(first);
-      while (!waiting.empty() && !stopped_()) {
-        const std::size_t k = waiting.back();
-        waiting.pop_back();
-        Ask(aheads[k], vertex_of(k));
-        if (!walks) continue;
-        star_.Gather(mesh_, vertex_of(k));
-        for (const VertexId other : star_.ring()) {
-          const std::int32_t place = place_of.At(other);
-          if (place == PlaceMap::kNone || aheads[static_cast<std::size_t>(place)].asked) continue;
-          aheads[static_cast<std::size_t>(place)] = {{}, {}, aheads[k].hint, true};
-          waiting.push_back(static_cast<std::size_t>(place));
-        }
-      }
+    PlaceMap asked(mesh_.vertex_slots());
+    asked.Reserve(walks ? changed.size() : 0);
+    std::int32_t hint = mesh_.hint(vertex_of(0));
+    for (std::size_t k = 0; k < changed.size() && !stopped_(); ++k) {
+      PrefetchAhead(wanted, std::span(changed).subspan(k));
+      const VertexId vertex = vertex_of(k);
+      const std::int32_t near = walks ? PlaceNear(asked, vertex) : PlaceMap::kNone;
+      if (near != PlaceMap::kNone) hint = aheads[static_cast<std::size_t>(near)].hint;
+      aheads[k].hint = hint;
+      Ask(aheads[k], vertex);
+      hint = aheads[k].hint;
+      if (walks && aheads[k].tensor) asked.Add(vertex, static_cast<std::int32_t>(k));
     }
     return aheads;
+  }
+
+  /// Has the memory fetch what the vertices after the first will need.
+  void PrefetchAhead(const WantedTensors& wanted, std::span<const std::size_t> changed) const {
+    if (changed.size() <= kVerticesAhead) return;
+    mesh_.Prefetch(wanted.vertices[changed[kVerticesAhead]]);
+    const VertexId near = wanted.vertices[changed[kVerticesAhead / 2]];
+    mesh_.Prefetch(mesh_.vertex(near).triangle);
+  }
+
+  /// The place of a vertex nearby in a map, or kNone.
+  [[nodiscard]] std::int32_t PlaceNear(const PlaceMap& map, VertexId vertex) const {
+    const TriangleRecord& triangle = mesh_.triangle(mesh_.vertex(vertex).triangle);
+    const auto place_in = [&](const TriangleRecord& one) {
+      for (const VertexId corner : one.vertices) {
+        if (const std::int32_t place = map.At(corner); place != PlaceMap::kNone) return place;
+      }
+      return PlaceMap::kNone;
+    };
+    std::int32_t place = place_in(triangle);
+    for (const TriangleId neighbor : triangle.neighbors) {
+      if (place != PlaceMap::kNone) return place;
+      if (neighbor.valid()) place = place_in(mesh_.triangle(neighbor));
+    }
+    return place;
   }
 
   void Ask(Ahead& ahead, VertexId vertex) const {
@@ -204,6 +241,17 @@ class Carrier {
     if (!place) return;
     ahead.place = *place;
     ahead.tensor = field_.Probe(*place, ahead.hint);
+  }
+
+  /// Asks again where a triangle of what was sent is too large to know what the vertex had.
+  void Recall(Ahead& ahead, VertexId vertex) const {
+    const VertexRecord& record = mesh_.vertex(vertex);
+    if (!(RelativeChange(record.metric, *ahead.tensor) > tolerance_)) return;
+    const std::optional<Metric> recalled =
+        recalled_->Recall({record.metric, ahead.place, ahead.hint, record.triangle.value()});
+    if (!recalled) return;
+    const bool slides = ahead.place != record.position + shift_;
+    ahead.tensor = slides ? recalled_->At(ahead.place, ahead.hint) : *recalled;
   }
 
   /// True if the field finds answers by way of hints.
@@ -324,6 +372,7 @@ class Carrier {
   MeshEdit& edit_;
   const Mesh& mesh_;
   const MetricField& field_;
+  RecalledField* const recalled_;
   const double tolerance_;
   const StopSignal* const signal_;
   StopPoll stopped_;

@@ -7,6 +7,7 @@
 #include "core/mesh/mesh_edit.h"
 #include "core/metric/metric_field.h"
 #include "core/pliant/followed_metric.h"
+#include "core/pliant/recalled_field.h"
 
 namespace pliant {
 
@@ -19,8 +20,9 @@ struct CarriedUpdate {
 };
 
 struct CarryOptions {
-  double tolerance = 0;              ///< Options::metric_tolerance
-  const StopSignal* stop = nullptr;  ///< Asked until vertices begin to move; null: nobody.
+  double tolerance = 0;               ///< Options::metric_tolerance
+  const StopSignal* stop = nullptr;   ///< Asked until vertices begin to move; null: nobody.
+  RecalledField* recalled = nullptr;  ///< The field, if it can learn of a shift; else null.
 };
 
 /// Moves the vertices of a zone whose metric changes along with the metric, where that has moved as

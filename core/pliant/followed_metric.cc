@@ -8,7 +8,6 @@
 
 #include "core/mesh/linked_triangles.h"
 #include "core/mesh/slot_rows.h"
-#include "core/metric/background_field.h"
 #include "core/metric/tensor_smoothing.h"
 #include "core/pliant/nodal_field.h"
 
@@ -231,7 +230,7 @@ Result<WantedTensors> FollowedMetric::FollowTensors(std::span<const VertexId> ve
                                                     const StopSignal* stop) {
   WantedTensors wanted{{vertices.begin(), vertices.end()}, tensors};
   if (committed()) {
-    std::shared_ptr<MetricField> copy;
+    std::unique_ptr<BackgroundField> copy;
     if (WantsCopy(wanted)) {
       copy = CopyWith(wanted, stop);
       if (copy == nullptr) return Stopped();
@@ -240,7 +239,8 @@ Result<WantedTensors> FollowedMetric::FollowTensors(std::span<const VertexId> ve
     state_.source = nullptr;
     base_ = std::make_shared<FrozenMesh>(edit_);
     if (copy != nullptr) {
-      field_ = std::move(copy);
+      recalled_ = std::make_shared<RecalledField>(std::move(copy), base_);
+      field_ = recalled_;
     } else {
       PLIANT_RETURN_IF_ERROR(FollowMesh(wanted, stop));
     }
@@ -280,8 +280,8 @@ Status FollowedMetric::FollowMesh(const WantedTensors& others, const StopSignal*
 }
 
 /// The tensors of all vertices as a background mesh; null if it was stopped. @par Cost O(mesh)
-std::shared_ptr<MetricField> FollowedMetric::CopyWith(const WantedTensors& others,
-                                                      const StopSignal* stop) const {
+std::unique_ptr<BackgroundField> FollowedMetric::CopyWith(const WantedTensors& others,
+                                                          const StopSignal* stop) const {
   std::vector<std::size_t> row_of(static_cast<std::size_t>(mesh_.vertex_slots()));
   std::vector<Metric> tensors;
   tensors.reserve(static_cast<std::size_t>(mesh_.vertex_count()));
@@ -301,11 +301,11 @@ std::shared_ptr<MetricField> FollowedMetric::CopyWith(const WantedTensors& other
 /// The mesh as a background mesh with these tensors. The mesh is valid, and so are they. Hints
 /// become those of the copy, which numbers triangles in order of slot: the first question of every
 /// vertex would else walk there from anywhere. Null if it was stopped.
-std::shared_ptr<MetricField> FollowedMetric::CopyOf(std::span<const Metric> tensors,
-                                                    const StopSignal* stop) const {
+std::unique_ptr<BackgroundField> FollowedMetric::CopyOf(std::span<const Metric> tensors,
+                                                        const StopSignal* stop) const {
   MeshTriangles triangles = LinkTriangles(mesh_, stop);
   if (stop != nullptr && stop->asked()) return nullptr;
-  std::shared_ptr<MetricField> copy =
+  std::unique_ptr<BackgroundField> copy =
       BackgroundField::OfValid(std::move(triangles.linked), tensors, stop);
   if (copy == nullptr) return nullptr;
   for (const VertexId vertex : LiveVertices(mesh_)) {

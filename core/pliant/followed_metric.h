@@ -15,6 +15,7 @@
 #include "core/metric/metric_field.h"
 #include "core/metric/metric_spec.h"
 #include "core/pliant/mesh_limits.h"
+#include "core/pliant/recalled_field.h"
 
 namespace pliant {
 
@@ -145,6 +146,10 @@ class FollowedMetric {
   /// What the loop sees.
   [[nodiscard]] const MetricField& field() const { return *field_; }
   [[nodiscard]] const std::shared_ptr<MetricField>& shared_field() const { return field_; }
+  /// The same if it is tensors sent at most vertices, else null.
+  [[nodiscard]] RecalledField* recalled_field() const {
+    return field_ == recalled_ ? recalled_.get() : nullptr;
+  }
   /// The metric as it was sent, bounds applied, without limits; good until the next update.
   [[nodiscard]] std::shared_ptr<const MetricField> RawField() const;
   /// The first question since the field was sent that it had no usable answer to.
@@ -173,10 +178,10 @@ class FollowedMetric {
   [[nodiscard]] bool WantsCopy(const WantedTensors& others) const;
   Status FollowMesh(const WantedTensors& others, const StopSignal* stop);
   void FollowCommitted();
-  [[nodiscard]] std::shared_ptr<MetricField> CopyWith(const WantedTensors& others,
-                                                      const StopSignal* stop) const;
-  [[nodiscard]] std::shared_ptr<MetricField> CopyOf(std::span<const Metric> tensors,
-                                                    const StopSignal* stop) const;
+  [[nodiscard]] std::unique_ptr<BackgroundField> CopyWith(const WantedTensors& others,
+                                                          const StopSignal* stop) const;
+  [[nodiscard]] std::unique_ptr<BackgroundField> CopyOf(std::span<const Metric> tensors,
+                                                        const StopSignal* stop) const;
 
   MeshEdit& edit_;
   const Mesh& mesh_;
@@ -184,6 +189,7 @@ class FollowedMetric {
   State state_;
   MeshLimits limits_;
   std::shared_ptr<MetricField> field_;
+  std::shared_ptr<RecalledField> recalled_;  ///< field_, or one that was.
   /// The mesh of the last commit or Update of the limits, whichever came later; from the first
   /// commit on.
   std::shared_ptr<FrozenMesh> base_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <utility>
 #include <vector>
 
 namespace pliant {
@@ -18,6 +19,7 @@ constexpr double kWorthALook = 0.9;
 constexpr int kScales = 10;
 constexpr int kCompassRounds = 6;
 constexpr int kNewtonSteps = 12;
+constexpr int kSecondTries = 2;
 
 /// Differences of tensors count up to this: log 50 in squared length.
 constexpr double kDifferenceMax = 4;
@@ -64,13 +66,23 @@ class ShiftSearch {
     }
   }
 
+  /// From a shift that is nearly right.
+  Vec2 Refine(Vec2 from) { return Newton(from); }
+
   std::optional<Vec2> Run() {
     const double before = Cost({}, 1);
     Vec2 best = Scan();
     if (best == Vec2{}) return std::nullopt;
-    best = Walk(best);
-    best = Newton(best);
-    if (!(Cost(best, 1) < kExplained * before)) return std::nullopt;
+    const std::size_t few = std::max<std::size_t>(1, places_.size() / kScanned);
+    best = Newton(Walk(best, few));
+    double cost = Cost(best, 1);
+    // The look around can have begun in the wrong place, of a valley that bends.
+    for (int again = 0; again < kSecondTries && !(cost < kExplained * before); ++again) {
+      best = Newton(Walk(best, 1));
+      const double last = std::exchange(cost, Cost(best, 1));
+      if (!(cost < kEnough * last)) break;
+    }
+    if (!(cost < kExplained * before)) return std::nullopt;
     return best;
   }
 
@@ -121,9 +133,8 @@ class ShiftSearch {
     return best;
   }
 
-  /// By the samples of the scan: the steps that follow ask all of them.
-  Vec2 Walk(Vec2 best) {
-    const std::size_t stride = std::max<std::size_t>(1, places_.size() / kScanned);
+  /// A compass search by every `stride`-th place.
+  Vec2 Walk(Vec2 best, std::size_t stride) {
     double least = Cost(best, stride);
     double step = 0.4 * Length(best);
     for (int round = 0; round < kCompassRounds; ++round, step *= 0.5) {
@@ -206,6 +217,11 @@ std::optional<Vec2> FindShift(std::span<const PlacedTensor> samples, const Metri
                               const StopSignal* stop) {
   if (samples.empty()) return std::nullopt;
   return ShiftSearch(samples, field, stop).Run();
+}
+
+Vec2 RefineShift(std::span<const PlacedTensor> samples, const MetricField& field, Vec2 from) {
+  if (samples.empty()) return from;
+  return ShiftSearch(samples, field, nullptr).Refine(from);
 }
 
 }  // namespace pliant

@@ -30,4 +30,9 @@ struct PlacedTensor {
                                             const MetricField& field,
                                             const StopSignal* stop = nullptr);
 
+/// The same by Gauss-Newton steps alone, from a shift that is nearly right.
+/// @par Cost some hundred questions to the field
+[[nodiscard]] Vec2 RefineShift(std::span<const PlacedTensor> samples, const MetricField& field,
+                               Vec2 from);
+
 }  // namespace pliant

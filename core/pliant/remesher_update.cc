@@ -312,7 +312,9 @@ Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop, Asks 
   if (edit_.committed() != Revision::kNone && edit_.log().empty() &&
       options_.variant != Variant::kPaper && options_.permissions == Permissions{}) {
     auto carried = CarryAlong(edit_, followed_.field(), std::move(wanted),
-                              {.tolerance = options_.metric_tolerance, .stop = stop});
+                              {.tolerance = options_.metric_tolerance,
+                               .stop = stop,
+                               .recalled = followed_.recalled_field()});
     if (!carried) return Stopped();
     wanted = std::move(carried->wanted);
     disturbed = std::move(carried->disturbed);

@@ -228,5 +228,30 @@ TEST(CarryAlong, DoesNotDriftIn200Steps) {
   }
 }
 
+// Goal: a front that is known only by tensors at the vertices of the mesh that it is about to
+// leave, which is coarser ahead than the front is thin, is not lost on the way. Method: 60 steps
+// there and back, judged by the function that the tensors are taken from.
+TEST(CarryAlong, KeepsAFrontThatIsSentAsTensorsAtVertices) {
+  const auto session = Front(0.3);
+  double xc = 0.3;
+  for (int step = 0; step < 60; ++step) {
+    SCOPED_TRACE(step);
+    xc += step / 20 % 2 == 0 ? 0.02 : -0.02;
+    const auto field = testing::ShockCase(kNodes, xc).field;
+    std::vector<Metric> tensors;
+    std::int32_t hint = MetricField::kNoHint;
+    for (const Vec2 p : ExportMesh(session->mesh()).data.points) {
+      tensors.push_back(field->At(p, hint));
+    }
+    ASSERT_TRUE(session->SetTensors({}, tensors).ok());
+    ASSERT_TRUE(session->Step({}).ok());
+    (void)session->Commit();
+    const Quality quality = MeasureQuality(session->mesh(), *field);
+    EXPECT_GT(quality.integrated.share_125, 0.97);
+    EXPECT_LT(quality.integrated.max, 1.65);
+  }
+  EXPECT_EQ(Faults(session->mesh()), "");
+}
+
 }  // namespace
 }  // namespace pliant

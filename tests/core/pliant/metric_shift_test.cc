@@ -42,6 +42,20 @@ TEST(FindShift, FindsHowFarAFrontHasMoved) {
   }
 }
 
+// Goal: a shift that is off by several times the front's thickness is put right.
+TEST(RefineShift, FindsTheRestOfTheWay) {
+  const Vec2 by{0.01, -0.015};
+  const auto before = std::shared_ptr<MetricField>(testing::ShockCase(10000, 0.4).field);
+  const FunctionField now([&](Vec2 p) {
+    std::int32_t hint = MetricField::kNoHint;
+    return before->At(p - by, hint);
+  });
+  const Vec2 found = RefineShift(SamplesOfTheFront(), now, by + Vec2{0.002, -0.003});
+  EXPECT_NEAR(found.x, by.x, 2e-5);
+  EXPECT_NEAR(found.y, by.y, 2e-4);
+  EXPECT_EQ(RefineShift({}, now, by), by);
+}
+
 TEST(FindShift, FindsNoneWhereTheMetricChangesOtherwise) {
   const auto before = std::shared_ptr<MetricField>(testing::ShockCase(10000, 0.4).field);
   const FunctionField finer([&](Vec2 p) {
