@@ -10,7 +10,7 @@ namespace pliant {
 /// the same for everyone but tests.
 struct BlockRule {
   /// Meshes with at least this many vertices; below, what blocks cost outweighs what threads gain.
-  std::int32_t nodes_min = 1 << 17;
+  std::int32_t nodes_min = 1 << 15;
   /// About this many vertices in a block: enough blocks for many threads, few nodes at borders.
   std::int32_t nodes_per_block = 1 << 14;
 };

@@ -28,7 +28,7 @@ TEST(Engine, MakesAMeshOfADomain) {
   EXPECT_GT(result->quality.q_mean, 0.9);
 }
 
-// Goal: --threads changes no bit. Meshes of 131,072 vertices and more are worked on in blocks.
+// Goal: --threads changes no bit. Meshes of 32,768 vertices and more are worked on in blocks.
 TEST(Engine, ThreadsDoNotChangeTheMesh) {
   RemeshJob job = Job("0.0029");
   job.thread_count = 1;
