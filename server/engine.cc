@@ -4,6 +4,7 @@
 
 #include "core/mesh/export_mesh.h"
 #include "core/mesh/validate.h"
+#include "core/metric/expression_field.h"
 #include "core/motion/move.h"
 #include "core/motion/replace_domain.h"
 #include "core/pliant/displace.h"
@@ -25,14 +26,22 @@ class RemesherMeasurement final : public Measurement {
  public:
   RemesherMeasurement(const Remesher& remesher, MetricBasis basis, ThreadPool* threads)
       : raw_(basis == MetricBasis::kRaw ? remesher.raw_field() : nullptr),
-        measurement_(remesher.mesh(), raw_ != nullptr ? *raw_ : remesher.field()),
-        helpers_(threads) {}
+        field_(raw_ != nullptr ? *raw_ : remesher.field()),
+        measurement_(remesher.mesh(), field_),
+        helpers_(MayShare(field_) ? threads : nullptr) {}
 
   bool Continue() override { return measurement_.Continue(helpers_.executor()); }
   Quality Take() override { return measurement_.Take(); }
 
  private:
+  /// Formulas are what takes long, and they can be asked by several threads. Tensors at vertices
+  /// cannot: looking them up moves what the mesh was at the last commit along (FrozenMesh).
+  [[nodiscard]] static bool MayShare(const MetricField& field) {
+    return dynamic_cast<const ExpressionField*>(&field) != nullptr;
+  }
+
   const std::shared_ptr<const MetricField> raw_;
+  const MetricField& field_;
   QualityMeasurement measurement_;
   Helpers helpers_;
 };

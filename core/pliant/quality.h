@@ -77,7 +77,7 @@ class QualityMeasurement {
   ~QualityMeasurement();
 
   /// Measures the next part; false if there is none any more.
-  /// @param helpers  share the work.
+  /// @param helpers  share the work; alone, if the field is for one thread at a time (NodalField).
   /// @par Cost some 4,000 triangles with their edges: a few milliseconds of one thread.
   bool Continue(Executor& helpers);
 
