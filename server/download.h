@@ -53,11 +53,14 @@ class Download final : public grpc::ServerWriteReactor<Response> {
   }
 
   /// Ends the call with an error.
-  void Fail(const Error& error) { this->Finish(ToGrpcStatus(error)); }
+  void Fail(const Error& error) { End(ToGrpcStatus(error)); }
+
+  /// Ends the call of somebody whom the server does not know.
+  void Refuse() { End(Access::Refusal()); }
 
   void OnWriteDone(bool ok) override {
     if (!ok) {
-      this->Finish(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
+      End(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
       return;
     }
     messages_[next_ - 1].Clear();  // What is sent needs no memory any more.
@@ -65,7 +68,6 @@ class Download final : public grpc::ServerWriteReactor<Response> {
   }
 
   void OnDone() override {
-    --active_;
     calls_.End();
     delete this;
   }
@@ -73,10 +75,15 @@ class Download final : public grpc::ServerWriteReactor<Response> {
  private:
   void Next() {
     if (next_ == messages_.size()) {
-      this->Finish(grpc::Status::OK);
+      End(grpc::Status::OK);
       return;
     }
     this->StartWrite(&messages_[next_++]);
+  }
+
+  void End(const grpc::Status& status) {
+    --active_;  // Before the client knows: it may begin the next one at once.
+    this->Finish(status);
   }
 
   std::atomic<int>& active_;
@@ -94,7 +101,7 @@ template <class Response, class Begin>
                                                const Begin& begin) {
   auto* download = new Download<Response>(active, calls);
   if (!tenant) {
-    download->Finish(Access::Refusal());
+    download->Refuse();
     return download;
   }
   if (active > kDownloadsMax) {

@@ -42,6 +42,8 @@ void Session::HandleBug(const std::string& what) {
                                             : std::string("has ended")) +
           "; please report it with reference " + reference,
       reference};
+  // Before anybody is told: who then looks for the session does not find it any more.
+  if (!recovered && journal_ == nullptr) environment_.on_broken(session_id_);
   if (call) call(error);
   EndCall(error);
   if (editor != nullptr && update_id > results_.last_update_id()) {
@@ -57,7 +59,6 @@ void Session::HandleBug(const std::string& what) {
     return;
   }
   if (!recovered) {
-    environment_.on_broken(session_id_);
     Close(error);
     return;
   }

@@ -8,8 +8,10 @@
 
 #include "core/base/executor.h"
 #include "core/base/ids.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/change_log.h"
+#include "core/mesh/id_bits.h"
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_delta.h"
 #include "core/mesh/mesh_diff.h"
@@ -190,8 +192,13 @@ class MeshEdit {
   /// that get no new triangle, and new sides without a partner, must be constrained edges. A new
   /// side on a constrained edge that had nothing there becomes the neighbour of what lies behind.
   /// Finds out again which of the vertices concerned are pinched.
-  /// @par Cost O(k log k) for k triangles
-  void ReplaceRegion(std::span<const TriangleId> gone, std::span<const NewTriangle> triangles);
+  /// @param stop  not owned; null: nobody
+  /// @return false if it was stopped: then the mesh is not consistent, and Undo or Rollback must
+  ///         follow
+  /// @par Cost O(k + m log m + slots / 64) for k triangles that go and m that come
+  [[nodiscard]] bool ReplaceRegion(std::span<const TriangleId> gone,
+                                   std::span<const NewTriangle> triangles,
+                                   const StopSignal* stop = nullptr);
 
   /// What MeshEdit::Undo goes back to. Holds a copy of the free slots.
   struct Trial {
@@ -315,7 +322,13 @@ class MeshEdit {
   std::vector<TriangleId> FillSlots(std::span<const TriangleId> gone,
                                     std::span<const NewTriangle> triangles);
   [[nodiscard]] std::vector<OpenSide> OpenSidesOf(std::span<const TriangleId> triangles) const;
-  void LinkRegion(std::span<const TriangleId> gone, std::span<const OpenSide> open,
+  [[nodiscard]] std::vector<OuterSide> OuterSidesOf(std::span<const TriangleId> gone,
+                                                    const IdBits<TriangleId>& gone_bits,
+                                                    StopPoll& stopped) const;
+  [[nodiscard]] IdBits<VertexId> CornersOf(std::span<const TriangleId> gone,
+                                           std::span<const NewTriangle> triangles,
+                                           StopPoll& stopped) const;
+  void LinkRegion(const IdBits<TriangleId>& gone, std::span<const OpenSide> open,
                   std::span<const OuterSide> outer);
   void LinkAcross(const OpenSide& side, TriangleId neighbor);
   void SettleCorner(VertexId vertex);

@@ -134,23 +134,20 @@ void MeshEdit::SetEdge(EdgeId id, const NewEdge& now) {
   record.segment = now.segment;
 }
 
-void MeshEdit::ReplaceRegion(std::span<const TriangleId> gone,
-                             std::span<const NewTriangle> triangles) {
-  const std::vector<OuterSide> outer = OuterSidesOf(gone);
-  std::vector<VertexId> corners;
-  for (const TriangleId id : gone) {
-    const auto& v = mesh_.triangle(id).vertices;
-    corners.insert(corners.end(), v.begin(), v.end());
-  }
-  for (const NewTriangle& triangle : triangles) {
-    corners.insert(corners.end(), triangle.vertices.begin(), triangle.vertices.end());
-  }
-  std::sort(corners.begin(), corners.end());
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
+bool MeshEdit::ReplaceRegion(std::span<const TriangleId> gone,
+                             std::span<const NewTriangle> triangles, const StopSignal* stop) {
+  StopPoll stopped(stop);
+  IdBits<TriangleId> gone_bits(mesh_.triangle_slots());
+  for (const TriangleId id : gone) gone_bits.Add(id);
+  const std::vector<OuterSide> outer = OuterSidesOf(gone, gone_bits, stopped);
+  const std::vector<VertexId> corners = CornersOf(gone, triangles, stopped).Ascending();
 
-  const std::vector<TriangleId> slots = FillSlots(gone, triangles);
-  const std::vector<OpenSide> open = OpenSidesOf(slots);
-  LinkRegion(gone, open, outer);
+  const std::size_t reused = std::min(gone.size(), triangles.size());
+  for (std::size_t i = gone.size(); i > reused && !stopped(); --i) FreeTriangle(gone[i - 1]);
+  edges_ahead_ = false;
+  if (stopped()) return false;
+  const std::vector<TriangleId> slots = FillSlots(gone.first(reused), triangles);
+  LinkRegion(gone_bits, OpenSidesOf(slots), outer);
   for (const OuterSide& side : outer) {
     if (!side.beyond.valid()) continue;
     PointVerticesAt(side.beyond);
@@ -160,18 +157,56 @@ void MeshEdit::ReplaceRegion(std::span<const TriangleId> gone,
     PointVerticesAt(id);
     PointEdgesAt(id);
   }
-  for (const VertexId vertex : corners) SettleCorner(vertex);
-  edges_ahead_ = false;
+  for (const VertexId vertex : corners) {
+    if (stopped()) return false;
+    SettleCorner(vertex);
+  }
   CheckAfter(slots);
+  return true;
 }
 
-void MeshEdit::LinkRegion(std::span<const TriangleId> gone, std::span<const OpenSide> open,
+/// The sides of a region that others will have to do with; not all of them once it is stopped.
+std::vector<MeshEdit::OuterSide> MeshEdit::OuterSidesOf(std::span<const TriangleId> gone,
+                                                        const IdBits<TriangleId>& gone_bits,
+                                                        StopPoll& stopped) const {
+  std::vector<OuterSide> sides;
+  for (const TriangleId id : gone) {
+    if (stopped()) break;
+    const TriangleRecord& record = mesh_.triangle(id);
+    for (int side = 0; side < 3; ++side) {
+      const auto k = static_cast<std::size_t>(side);
+      const TriangleId beyond = record.neighbors[k];
+      const bool inner = gone_bits.Has(beyond);
+      const bool constrained = ((record.constrained >> k) & 1) != 0;
+      if (inner && !constrained) continue;
+      sides.push_back({record.vertices[static_cast<std::size_t>(NextCorner(side))],
+                       record.vertices[static_cast<std::size_t>(PreviousCorner(side))],
+                       inner ? TriangleId() : beyond, constrained});
+    }
+  }
+  return sides;
+}
+
+/// The corners of what goes and of what comes; not all of them once it is stopped.
+IdBits<VertexId> MeshEdit::CornersOf(std::span<const TriangleId> gone,
+                                     std::span<const NewTriangle> triangles,
+                                     StopPoll& stopped) const {
+  IdBits<VertexId> corners(mesh_.vertex_slots());
+  for (const TriangleId id : gone) {
+    if (stopped()) break;
+    for (const VertexId vertex : mesh_.triangle(id).vertices) corners.Add(vertex);
+  }
+  for (const NewTriangle& triangle : triangles) {
+    for (const VertexId vertex : triangle.vertices) corners.Add(vertex);
+  }
+  return corners;
+}
+
+void MeshEdit::LinkRegion(const IdBits<TriangleId>& gone, std::span<const OpenSide> open,
                           std::span<const OuterSide> outer) {
   const std::vector<OpenSide> open_at = Sorted(open);
   std::vector<OuterSide> outer_at = Sorted(outer);
   std::erase_if(outer_at, [](const OuterSide& side) { return !side.beyond.valid(); });
-  std::vector<TriangleId> sorted(gone.begin(), gone.end());
-  std::sort(sorted.begin(), sorted.end());
   for (const OpenSide& side : open) {
     if (const OuterSide* old = Find(outer_at, side.from, side.to)) {
       LinkAcross(side, old->beyond);
@@ -182,8 +217,7 @@ void MeshEdit::LinkRegion(std::span<const TriangleId> gone, std::span<const Open
       PLIANT_CHECK(edge.valid(), "from", side.from, "to", side.to);
       const TriangleId behind = mesh_.edge(edge).triangle;
       // A triangle that stays has no neighbour across the edge yet.
-      const bool stays = behind.valid() && mesh_.triangle(behind).live &&
-                         !std::binary_search(sorted.begin(), sorted.end(), behind) &&
+      const bool stays = behind.valid() && mesh_.triangle(behind).live && !gone.Has(behind) &&
                          SideFrom(mesh_.triangle(behind), side.to, side.from) >= 0;
       LinkAcross(side, stays ? behind : TriangleId());
     }

@@ -9,6 +9,7 @@
 #include "core/delaunay/cavity.h"
 #include "core/delaunay/overtaken.h"
 #include "core/geometry/predicates.h"
+#include "core/mesh/id_bits.h"
 #include "core/pliant/remove.h"
 
 namespace pliant {
@@ -165,12 +166,9 @@ double Advance::RunTo(double limit) {
 }
 
 std::vector<VertexId> Advance::Disturbed() const {
-  // Of a ring nearly all are known already: they are not listed a second time, which sorting would
-  // have to pay for.
-  std::vector<VertexId> all;
-  PlaceMap listed(mesh_.vertex_slots());
+  IdBits<VertexId> all(mesh_.vertex_slots());
   const auto add = [&](VertexId vertex) {
-    if (mesh_.IsLive(vertex) && listed.Add(vertex, 0)) all.push_back(vertex);
+    if (mesh_.IsLive(vertex)) all.Add(vertex);
   };
   std::ranges::for_each(disturbed_, add);
   StopPoll stopped(plan_.stop());
@@ -184,8 +182,7 @@ std::vector<VertexId> Advance::Disturbed() const {
       std::ranges::for_each(star.ring(), add);
     }
   }
-  std::sort(all.begin(), all.end());
-  return all;
+  return all.Ascending();
 }
 
 bool Advance::IsFree(VertexId vertex) const {

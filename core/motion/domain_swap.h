@@ -69,11 +69,13 @@ class DomainSwap {
 
   Status FloodBehind(const Mesh& mesh, const Filling& filling);
   Status Flood(const Mesh& mesh, TriangleId start, const SideState& wanted);
+  Result<bool> Mark(TriangleId id, const SideState& wanted);
   void KeepAlike(const Mesh& mesh, std::vector<NewTriangle>& triangles);
 
   void ReplaceEdges(MeshEdit& edit);
   Status ReplaceTriangles(MeshEdit& edit, std::vector<NewTriangle> triangles);
   Status RemoveVertices(MeshEdit& edit, std::span<const VertexId> corners);
+  Status ListGoing(const Mesh& mesh);
   [[nodiscard]] Outcome Finish(const Mesh& mesh, std::span<const NewTriangle> triangles) const;
   [[nodiscard]] Error Unclear() const;
 
@@ -89,7 +91,8 @@ class DomainSwap {
   std::set<VertexId> on_chains_;  // Vertices of new segments.
   std::map<Ends, CavityWall> walls_;
   std::vector<std::pair<TriangleId, SideState>> behind_;  // To be something else.
-  std::map<TriangleId, SideState> flooded_;
+  TriangleSet flooded_;                                   // Triangles behind the walls...
+  std::vector<SideState> flooded_as_;                     // ...and what becomes of them.
   std::vector<TriangleId> going_;  // All triangles that are replaced or removed.
   std::unique_ptr<TriangleLocator> locator_;
   DomainReport report_;

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/mesh/id_bits.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/mesh/segment_edges.h"
 #include "core/motion/domain_swap.h"
@@ -32,19 +33,40 @@ Status DomainSwap::FloodBehind(const Mesh& mesh, const Filling& filling) {
   for (const auto& [triangle, wanted] : behind_) {
     PLIANT_RETURN_IF_ERROR(Flood(mesh, triangle, wanted));
   }
-  going_ = cavity_.triangles;
-  for (const auto& [id, wanted] : flooded_) {
-    if (!wanted) going_.push_back(id);
+  return ListGoing(mesh);
+}
+
+/// The cavity, then what is flooded and will be outside, by slot.
+Status DomainSwap::ListGoing(const Mesh& mesh) {
+  StopPoll stopped(stop_);
+  IdBits<TriangleId> outside(mesh.triangle_slots());
+  for (std::size_t i = 0; i < flooded_as_.size(); ++i) {
+    if (stopped()) return Stopped();
+    if (!flooded_as_[i]) outside.Add(flooded_.triangles[i]);
   }
+  going_ = cavity_.triangles;
+  const std::vector<TriangleId> ascending = outside.Ascending();
+  going_.insert(going_.end(), ascending.begin(), ascending.end());
   return {};
+}
+
+/// Notes what becomes of a triangle. @return true if that is new. Error: it is something else too
+Result<bool> DomainSwap::Mark(TriangleId id, const SideState& wanted) {
+  if (flooded_.Add(id)) {
+    flooded_as_.push_back(wanted);
+    return true;
+  }
+  const std::int32_t place = flooded_.places.Find(id.value());
+  if (flooded_as_[AsIndex(place)] != wanted) return Unclear();
+  return false;
 }
 
 /// Notes what becomes of a triangle and of all that can be reached from it without crossing an edge
 /// that stays, or the cavity. Triangles that are what they should be are left alone.
 Status DomainSwap::Flood(const Mesh& mesh, TriangleId start, const SideState& wanted) {
   if (wanted && mesh.triangle(start).region == *wanted) return {};
-  const auto [known, is_new] = flooded_.emplace(start, wanted);
-  if (!is_new) return known->second == wanted ? Status() : Status(Unclear());
+  PLIANT_ASSIGN_OR_RETURN(const bool is_new, Mark(start, wanted));
+  if (!is_new) return {};
   std::vector<TriangleId> stack{start};
   StopPoll stopped(stop_);
   while (!stack.empty()) {
@@ -59,9 +81,8 @@ Status DomainSwap::Flood(const Mesh& mesh, TriangleId start, const SideState& wa
             mesh.FindEdge(triangle.vertices[(side + 1) % 3], triangle.vertices[(side + 2) % 3]);
         if (match_.SidesOf(mesh, edge)) continue;
       }
-      const auto [at, is_first] = flooded_.emplace(beyond, wanted);
+      PLIANT_ASSIGN_OR_RETURN(const bool is_first, Mark(beyond, wanted));
       if (is_first) stack.push_back(beyond);
-      if (at->second != wanted) return Unclear();
     }
   }
   return {};
@@ -144,18 +165,17 @@ void DomainSwap::ReplaceEdges(MeshEdit& edit) {
 Status DomainSwap::ReplaceTriangles(MeshEdit& edit, std::vector<NewTriangle> triangles) {
   const Mesh& mesh = edit.mesh();
   StopPoll stopped(stop_);
-  for (const auto& [id, wanted] : flooded_) {
+  for (std::size_t i = 0; i < flooded_as_.size(); ++i) {
     if (stopped()) return Stopped();
-    if (wanted) edit.SetRegion(id, *wanted);
+    if (flooded_as_[i]) edit.SetRegion(flooded_.triangles[i], *flooded_as_[i]);
   }
-  std::vector<VertexId> corners;
-  for (const TriangleId id : going_) AddCorners(mesh.triangle(id).vertices, corners);
-  PLIANT_RETURN_IF_ERROR(GoOn());
-  std::sort(corners.begin(), corners.end());
-  corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
-  PLIANT_RETURN_IF_ERROR(GoOn());
-  edit.ReplaceRegion(going_, triangles);
-  return RemoveVertices(edit, corners);
+  IdBits<VertexId> corners(mesh.vertex_slots());
+  for (const TriangleId id : going_) {
+    if (stopped()) return Stopped();
+    for (const VertexId vertex : mesh.triangle(id).vertices) corners.Add(vertex);
+  }
+  if (!edit.ReplaceRegion(going_, triangles, stop_)) return Stopped();
+  return RemoveVertices(edit, corners.Ascending());
 }
 
 Status DomainSwap::RemoveVertices(MeshEdit& edit, std::span<const VertexId> corners) {

@@ -54,9 +54,7 @@ class Motion final : public MeshChange {
       report_.second_edge = advance.Blockers().second;
       if (request_.on_impossible == ImpossibleMotion::kRefuse) return Refusal();
     }
-    Outcome outcome = OutcomeOf(edit, plan, advance);
-    if (stop_asked()) return Stopped();
-    return outcome;
+    return OutcomeOf(edit, plan, advance);
   }
 
   [[nodiscard]] const MotionReport& report() const { return report_; }
@@ -77,12 +75,14 @@ class Motion final : public MeshChange {
     return error;
   }
 
-  Outcome OutcomeOf(MeshEdit& edit, const MotionPlan& plan, const Advance& advance) const {
+  Result<Outcome> OutcomeOf(MeshEdit& edit, const MotionPlan& plan, const Advance& advance) const {
     const Mesh& mesh = edit.mesh();
     Outcome outcome;
     outcome.disturbed = advance.Disturbed();
     const bool follows = request_.follow_length > 0;
+    StopPoll stopped(stop());
     for (const Mover& mover : plan.movers()) {
+      if (stopped()) return Stopped();
       if (!mesh.IsLive(mover.vertex)) continue;
       if (!follows) {
         outcome.moved.push_back(mover.vertex);
@@ -95,6 +95,7 @@ class Motion final : public MeshChange {
     for (const Rider& rider : plan.riders()) {
       if (mesh.IsLive(rider.vertex)) outcome.moved.push_back(rider.vertex);
     }
+    if (stop_asked()) return Stopped();  // Before the whole of it is looked at once more.
     return outcome;
   }
 

@@ -4,6 +4,7 @@
 
 #include <memory>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "server/limits.h"
@@ -77,6 +78,34 @@ TEST(Download, DoesNotShowAStagedMetric) {
   edit.Advance(3);
   edit.Until(3);
   EXPECT_TRUE(server.GetMesh(request, &mesh).ok());
+}
+
+// Goal: whoever has a mesh may ask for the next at once. Method: as many clients as may download at
+// the same time, one mesh after the other each; none is ever refused.
+TEST(Download, LeavesItsPlaceBeforeItsClientKnowsThatItHasEnded) {
+  constexpr int kSessions = 8;  // Of kCallsMax calls each at most.
+  static_assert(kDownloadsMax <= kSessions * static_cast<int>(kCallsMax));
+  test::InProcessServer server(FakeFactory(std::make_shared<FakeEngineScript>()));
+  std::vector<std::string> ids(kSessions);
+  for (std::string& id : ids) {
+    ASSERT_TRUE(server.Create(test::UnitSquare(), &id).ok());
+    test::EditClient edit(server, id);
+    edit.Advance(1);
+    edit.Until(1);
+  }
+  std::vector<std::thread> clients;
+  for (int client = 0; client < kDownloadsMax; ++client) {
+    clients.emplace_back([&, client] {
+      v1::GetMeshRequest request;
+      request.set_session_id(ids[static_cast<std::size_t>(client % kSessions)]);
+      for (int i = 0; i < 50; ++i) {
+        v1::MeshSnapshot mesh;
+        const grpc::Status status = server.GetMesh(request, &mesh);
+        EXPECT_TRUE(status.ok()) << test::ReasonOf(status);
+      }
+    });
+  }
+  for (std::thread& client : clients) client.join();
 }
 
 }  // namespace

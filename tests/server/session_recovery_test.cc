@@ -43,6 +43,8 @@ TEST(SessionRecovery, EndsTheSessionWhoseMeshIsBrokenAfterGoingBack) {
   harness.script->invalid_after_rollback = true;
   editor->events.clear();
   editor->commands = {Advance(2)};
+  // Who is told looks for the session in vain.
+  editor->before_send = [&] { EXPECT_THAT(harness.broken, ElementsAre("s1")); };
   harness.session->Wake();
   harness.RunAll();
   EXPECT_THAT(editor->Log(), ElementsAre("rejected 2"));

@@ -228,7 +228,10 @@ class FakeEditor final : public Editor {
   }
   void CommandDone() override { ++done_count; }
   [[nodiscard]] bool HasRoom() const override { return has_room; }
-  void Send(SessionEvent event) override { events.push_back(std::move(event)); }
+  void Send(SessionEvent event) override {
+    if (before_send) before_send();
+    events.push_back(std::move(event));
+  }
   void Close(const Error& error) override { closed = error; }
 
   /// The events' kinds and ids in order, e.g. "opened", "rejected 3", "diff 4".
@@ -245,6 +248,7 @@ class FakeEditor final : public Editor {
 
   std::deque<SessionCommand> commands;
   std::vector<SessionEvent> events;
+  std::function<void()> before_send = {};
   std::optional<Error> closed;
   bool has_room = true;
   int done_count = 0;

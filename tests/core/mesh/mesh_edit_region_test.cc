@@ -6,9 +6,11 @@
 #include <algorithm>
 #include <vector>
 
+#include "core/mesh/mesh_diff.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/mesh/segment_edges.h"
 #include "tests/support/mesh_testing.h"
+#include "tests/support/stop_after.h"
 
 namespace pliant {
 namespace {
@@ -43,7 +45,7 @@ class Region : public ::testing::Test {
       made_->edit.Fix(lines[i].a);
       made_->edit.Fix(lines[i].b);
     }
-    made_->edit.ReplaceRegion(CellTriangles(x, y), {});
+    ASSERT_TRUE(made_->edit.ReplaceRegion(CellTriangles(x, y), {}));
   }
 
   std::unique_ptr<testing::EditedMesh> made_;
@@ -54,9 +56,9 @@ TEST_F(Region, OpensAHoleAndFillsItAgain) {
   EXPECT_EQ(testing::Faults(made_->mesh), "");
   EXPECT_EQ(made_->mesh.triangle_count(), 30);
   (void)made_->edit.Commit(Revision(2));
-  made_->edit.ReplaceRegion(
+  ASSERT_TRUE(made_->edit.ReplaceRegion(
       {}, std::vector<NewTriangle>{{{VertexId(6), VertexId(7), VertexId(11)}, 0},
-                                   {{VertexId(7), VertexId(12), VertexId(11)}, 0}});
+                                   {{VertexId(7), VertexId(12), VertexId(11)}, 0}}));
   EXPECT_EQ(testing::Faults(made_->mesh), "");
   EXPECT_EQ(made_->mesh.triangle_count(), 32);
   made_->edit.Rollback();
@@ -72,9 +74,9 @@ TEST_F(Region, KnowsWhichVerticesArePinched) {
   CutOut(2, 2, {{12, 13}, {13, 18}, {18, 17}, {17, 12}});
   EXPECT_EQ(testing::Faults(made_->mesh), "");
   EXPECT_TRUE(made_->mesh.vertex(VertexId(12)).pinched);
-  made_->edit.ReplaceRegion(
+  ASSERT_TRUE(made_->edit.ReplaceRegion(
       {}, std::vector<NewTriangle>{{{VertexId(6), VertexId(7), VertexId(11)}, 0},
-                                   {{VertexId(7), VertexId(12), VertexId(11)}, 0}});
+                                   {{VertexId(7), VertexId(12), VertexId(11)}, 0}}));
   EXPECT_EQ(testing::Faults(made_->mesh), "");
   EXPECT_FALSE(made_->mesh.vertex(VertexId(12)).pinched);
 }
@@ -92,6 +94,53 @@ TEST_F(Region, GivesPlacesOfSegmentsAway) {
   ASSERT_EQ(made_->mesh.segments().size(), count);
   EXPECT_EQ(made_->mesh.segments()[1].a, old.a);
   EXPECT_EQ(made_->mesh.segments()[1].b, old.b);
+}
+
+// Goal: it can be stopped at every look, and undone then. Method: a hole that takes so many
+// triangles that there are several looks.
+TEST(LargeRegion, IsReplacedWholeOrUndone) {
+  constexpr int kCells = 60;
+  const auto made = testing::ImportedMesh(testing::GridData(kCells, kCells));
+  (void)made->edit.Commit(Revision(1));
+  const MeshSummary before = SnapshotOf(made->mesh, Revision(1)).summary;
+  // All but the outermost cells.
+  const auto is_inner = [&](VertexId v) {
+    const Vec2 p = made->mesh.position(v);
+    return p.x > 0 && p.x < kCells && p.y > 0 && p.y < kCells;
+  };
+  std::vector<TriangleId> gone;
+  for (const TriangleId id : testing::LiveTriangles(made->mesh)) {
+    if (std::ranges::all_of(made->mesh.triangle(id).vertices, is_inner)) gone.push_back(id);
+  }
+  std::vector<std::array<VertexId, 2>> sides;
+  for (const TriangleId id : gone) {
+    const TriangleRecord& triangle = made->mesh.triangle(id);
+    for (std::size_t side = 0; side < 3; ++side) {
+      const TriangleId beyond = triangle.neighbors[side];
+      if (std::ranges::binary_search(gone, beyond)) continue;
+      sides.push_back({triangle.vertices[(side + 1) % 3], triangle.vertices[(side + 2) % 3]});
+    }
+  }
+  const auto replace = [&](const StopSignal* stop) {
+    std::vector<SegmentRecord> lines;
+    for (const auto& [a, b] : sides) lines.push_back({a, b});
+    const std::vector<std::int32_t> places = made->edit.ReplaceSegments({}, lines);
+    for (std::size_t i = 0; i < sides.size(); ++i) {
+      made->edit.AddEdge({sides[i], {0, 1}, 9, places[i]});
+    }
+    return made->edit.ReplaceRegion(gone, {}, stop);
+  };
+  int stops = 0;
+  for (;; ++stops) {
+    const testing::StopAfter stop(stops + 1);
+    MeshEdit::Trial trial = made->edit.BeginTrial();
+    const bool replaced = replace(&stop);
+    made->edit.Undo(std::move(trial));
+    EXPECT_EQ(testing::Faults(made->mesh), "");
+    EXPECT_EQ(SnapshotOf(made->mesh, Revision(1)).summary, before);
+    if (replaced) break;
+  }
+  EXPECT_GE(stops, 5);
 }
 
 TEST_F(Region, TurnsAnEdgeRound) {

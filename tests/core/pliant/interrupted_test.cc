@@ -3,9 +3,11 @@
 // Method: twins, of which one is stopped at its first look, its second, and so on.
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <cstdint>
 #include <memory>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -275,23 +277,34 @@ TEST(Interrupted, ABoundaryIsMovedWholeOrNotAtAll) {
   EXPECT_EQ(stopped->Snapshot().summary, undisturbed->Snapshot().summary);
 }
 
+/// The unit square with a hole.
+Domain WithHole(std::span<const Vec2> corners) {
+  Domain domain = testing::Rectangle({0, 0}, {1, 1});
+  const auto first = static_cast<std::int32_t>(domain.points.size());
+  const auto count = static_cast<std::int32_t>(corners.size());
+  domain.points.insert(domain.points.end(), corners.begin(), corners.end());
+  for (std::int32_t i = 0; i < count; ++i) {
+    domain.segments.push_back({first + i, first + (i + 1) % count, 9});
+  }
+  domain.holes.push_back({0.52, 0.5});
+  return domain;
+}
+
+// Method: a small hole, which leaves most of the mesh alone, and one that takes most of it, so that
+//         the stop also comes while its triangles are being taken out.
 TEST(Interrupted, ADomainIsReplacedWholeOrNotAtAll) {
-  Domain other = testing::Rectangle({0, 0}, {1, 1});
-  const auto first = static_cast<std::int32_t>(other.points.size());
-  for (const Vec2 corner : {Vec2{0.4, 0.4}, Vec2{0.7, 0.45}, Vec2{0.5, 0.7}}) {
-    other.points.push_back(corner);
-  }
-  for (std::int32_t i = 0; i < 3; ++i) {
-    other.segments.push_back({first + i, first + (i + 1) % 3, 9});
-  }
-  other.holes.push_back({0.52, 0.5});
-  ExpectSameBitsWithStops(
-      StartWith(Steep(0.3, {})), StartWith(Steep(0.3, {})),
-      [&](Remesher& remesher) {
-        const Result<DomainReport> report = ReplaceDomain(remesher, other);
-        return report.ok() ? Status() : Status(report.error());
-      },
-      /*stops_min=*/8);
+  const auto expect = [](const Domain& other, int stops_min) {
+    ExpectSameBitsWithStops(
+        StartWith(Steep(0.3, {})), StartWith(Steep(0.3, {})),
+        [&](Remesher& remesher) {
+          const Result<DomainReport> report = ReplaceDomain(remesher, other);
+          return report.ok() ? Status() : Status(report.error());
+        },
+        stops_min);
+  };
+  expect(WithHole(std::array{Vec2{0.4, 0.4}, Vec2{0.7, 0.45}, Vec2{0.5, 0.7}}), 8);
+  expect(WithHole(std::array{Vec2{0.05, 0.05}, Vec2{0.95, 0.06}, Vec2{0.9, 0.95}, Vec2{0.1, 0.9}}),
+         20);
 }
 
 }  // namespace
