@@ -25,6 +25,9 @@ constexpr std::ptrdiff_t kCopyShare = 8;
 /// the result is the same.
 constexpr std::size_t kReloadShare = 6;
 
+/// Vertices that a field is asked for in one go: few enough for their places to stay in the cache.
+constexpr std::size_t kQuestionsAtOnce = 1024;
+
 Error TensorError(ErrorCode code, const char* field, std::size_t index, const std::string& what) {
   return {code, "entry " + std::to_string(index) + " of " + field + " " + what, field,
           static_cast<std::int64_t>(index)};
@@ -118,14 +121,30 @@ void FollowedMetric::GoBack(Way way) {
 
 Result<WantedTensors> FollowedMetric::Evaluate(const MetricField& field, const StopSignal* stop) {
   WantedTensors wanted{LiveVertices(mesh_), {}};
-  wanted.tensors.reserve(wanted.vertices.size());
-  StopPoll stopped(stop);
-  for (const VertexId vertex : wanted.vertices) {
-    if (stopped()) return Stopped();
-    wanted.tensors.push_back(field.At(mesh_.position(vertex), edit_.Hint(vertex)));
-  }
+  PLIANT_ASSIGN_OR_RETURN(wanted.tensors, Ask(field, wanted.vertices, stop));
   PLIANT_RETURN_IF_ERROR(field.status());
   return wanted;
+}
+
+Result<std::vector<Metric>> FollowedMetric::Ask(const MetricField& field,
+                                                std::span<const VertexId> vertices,
+                                                const StopSignal* stop) {
+  std::vector<Metric> tensors(vertices.size());
+  std::vector<Vec2> points;
+  std::vector<std::int32_t> hints;
+  for (std::size_t begin = 0; begin < vertices.size(); begin += kQuestionsAtOnce) {
+    if (stop != nullptr && stop->asked()) return Stopped();
+    const auto block = vertices.subspan(begin, std::min(kQuestionsAtOnce, vertices.size() - begin));
+    points.clear();
+    hints.clear();
+    for (const VertexId vertex : block) {
+      points.push_back(mesh_.position(vertex));
+      hints.push_back(mesh_.hint(vertex));
+    }
+    field.AtEach(points, hints, std::span(tensors).subspan(begin, block.size()));
+    for (std::size_t i = 0; i < block.size(); ++i) edit_.Hint(block[i]) = hints[i];
+  }
+  return tensors;
 }
 
 void FollowedMetric::Take(std::shared_ptr<MetricField> field, const MetricSpec* spec) {

@@ -80,6 +80,12 @@ class FollowedMetric {
   [[nodiscard]] Result<WantedTensors> Evaluate(const MetricField& field,
                                                const StopSignal* stop = nullptr);
 
+  /// What a field wants at some vertices, in their order, whether or not it has an answer
+  /// everywhere (MetricField::status). @param stop  as for Evaluate
+  [[nodiscard]] Result<std::vector<Metric>> Ask(const MetricField& field,
+                                                std::span<const VertexId> vertices,
+                                                const StopSignal* stop = nullptr);
+
   /// Follows a field from now on, as it is until limits are laid: for the first one of a session.
   /// @param spec  what it was made from, remembered to compare the next one with, unless it has a
   ///              background mesh: that is as large as the mesh, and comparing tensors at the

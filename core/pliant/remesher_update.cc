@@ -145,11 +145,7 @@ Status Remesher::Impl::FollowChange(MeshChange::Outcome outcome, const StopSigna
     edit_.SetMetric(vertex, followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
   }
   WantedTensors wanted{std::move(outcome.moved), {}};
-  wanted.tensors.reserve(wanted.vertices.size());
-  for (const VertexId vertex : wanted.vertices) {
-    if (stopped()) return Stopped();
-    wanted.tensors.push_back(followed_.field().At(mesh_.position(vertex), edit_.Hint(vertex)));
-  }
+  PLIANT_ASSIGN_OR_RETURN(wanted.tensors, followed_.Ask(followed_.field(), wanted.vertices, stop));
   PLIANT_RETURN_IF_ERROR(Apply(std::move(wanted), stop, Asks::kToTheEnd));
   for (const VertexId vertex : outcome.disturbed) {
     if (stopped()) return Stopped();

@@ -1,6 +1,7 @@
 // Case E: a front that moves.
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <utility>
 
 #include "core/mesh/export_mesh.h"
@@ -46,7 +47,8 @@ double StepOf(const Request& request, std::int64_t step) {
 struct FrontStep {
   double front;  ///< Where it was.
   double by;
-  const BenchCase& instance;  ///< Where it is now.
+  const BenchCase& instance;  ///< Where it is now...
+  const CaseRequest& moved;   ///< ...and what that was made from.
 };
 
 /// Times what the remesher does; what the client does in between, computing tensors, is not timed.
@@ -64,7 +66,10 @@ Result<Update> StepOnce(Remesher& remesher, const Request& request, const FrontS
   if (request.form == MetricForm::kTensors)
     tensors = TensorsAt(remesher.mesh(), *step.instance.field());
   std::unique_ptr<MetricField> field = step.instance.field();
+  const std::optional<MetricSpec> formulas =
+      request.form == MetricForm::kExpression ? FormulasOf(step.moved) : std::nullopt;
   PLIANT_ASSIGN_OR_RETURN(Update rest, RunOne(remesher, [&] {
+                            if (formulas) return remesher.SetMetric(*formulas);
                             return tensors.empty() ? remesher.SetField(std::move(field))
                                                    : remesher.SetTensors({}, tensors);
                           }));
@@ -107,7 +112,7 @@ Result<nlohmann::json> RunFront(Remesher& remesher, const Request& request) {
              (request.displaces && IsOfFront(p, moving.front - by));
     });
     PLIANT_ASSIGN_OR_RETURN(Update update,
-                            StepOnce(remesher, request, {moving.front - by, by, instance}));
+                            StepOnce(remesher, request, {moving.front - by, by, instance, moving}));
     untouched.After(update.diff, remesher.Snapshot());
     by_vertex.After(update.diff, remesher.Snapshot());
     updates.push_back(std::move(update));

@@ -101,6 +101,26 @@ TEST_F(FollowedMetricTest, KnowsWhatItFollows) {
   EXPECT_FALSE(followed_.Follows(spec_)) << "a tensor at a vertex makes it another metric";
 }
 
+// Goal: many vertices asked at once, in any order and some twice, get the bits that each would get
+// alone; one more than a block of questions, and none.
+TEST_F(FollowedMetricTest, AsksManyVerticesAsItWouldOne) {
+  const auto field = MakeMetricField({.source = ExpressionMetric{"100+x", "sin(y)", "exp(x*y)+9"}},
+                                     {{0, 0}, {1, 1}})
+                         .value();
+  Rng rng(5);
+  std::vector<VertexId> vertices;
+  for (int i = 0; i < 1025; ++i) vertices.emplace_back(static_cast<std::int32_t>(rng.Below(81)));
+  const std::vector<Metric> tensors = followed_.Ask(*field, vertices).value();
+  ASSERT_EQ(tensors.size(), vertices.size());
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    std::int32_t hint = MetricField::kNoHint;
+    EXPECT_EQ(tensors[i], field->At(mesh_.position(vertices[i]), hint));
+  }
+  EXPECT_TRUE(followed_.Ask(*field, {}).value().empty());
+  const StopFlag stop(true);
+  EXPECT_EQ(followed_.Ask(*field, vertices, &stop).error().code, ErrorCode::kCancelled);
+}
+
 TEST_F(FollowedMetricTest, WantsNothingForTensorsWithinTheTolerance) {
   const std::vector<VertexId> vertices = {VertexId(40), VertexId(41)};
   const std::vector<Metric> close = {Metric::Isotropic(0.1), Metric::Isotropic(0.099)};
