@@ -324,8 +324,7 @@ std::unique_ptr<BackgroundField> FollowedMetric::CopyOf(std::span<const Metric> 
                                                         const StopSignal* stop) const {
   MeshTriangles triangles = LinkTriangles(mesh_, stop);
   if (stop != nullptr && stop->asked()) return nullptr;
-  std::unique_ptr<BackgroundField> copy =
-      BackgroundField::OfValid(std::move(triangles.linked), tensors, stop);
+  std::unique_ptr<BackgroundField> copy = BackgroundField::OfValid(triangles.linked, tensors, stop);
   if (copy == nullptr) return nullptr;
   for (const VertexId vertex : LiveVertices(mesh_)) {
     edit_.Hint(vertex) = triangles.rank_of[mesh_.vertex(vertex).triangle.index()];

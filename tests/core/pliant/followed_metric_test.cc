@@ -109,6 +109,7 @@ TEST_F(FollowedMetricTest, AsksManyVerticesAsItWouldOne) {
                          .value();
   Rng rng(5);
   std::vector<VertexId> vertices;
+  vertices.reserve(1025);
   for (int i = 0; i < 1025; ++i) vertices.emplace_back(static_cast<std::int32_t>(rng.Below(81)));
   const std::vector<Metric> tensors = followed_.Ask(*field, vertices).value();
   ASSERT_EQ(tensors.size(), vertices.size());
