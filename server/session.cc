@@ -380,19 +380,18 @@ void Session::StageUpdate(const std::shared_ptr<Editor>& editor, const UpdateCom
     stop_work_.Set(editor_ != editor || cancel_update_id_ == id || close_error_ || drain_error_);
   }
   const Status status = engine_->StageCommand(command, &stop_work_);
-  bool cancelled = false;
+  bool is_awaited = false;
   {
     const std::lock_guard lock(mutex_);
     staging_update_id_ = 0;
     stop_work_.Set(false);
-    cancelled = cancel_update_id_ == id;
+    // Then its editor has named it; perhaps others after it, so that the last name proves nothing.
+    is_awaited = editor_ == editor && !close_error_ && !drain_error_;
   }
   if (!status.ok() && status.error().code == ErrorCode::kCancelled) {
-    // Nobody waits for an answer any more: as if it had never come. Who resumes sends it again.
-    if (!cancelled) {
-      editor->CommandDone();
-      return;
-    }
+    // Nobody waits for an answer any more: as if it had never come. Who resumes sends it again. It
+    // is not done either: a stream whose commands are all done would end as if they were answered.
+    if (!is_awaited) return;
     engine_->Taint();
   }
   if (!status.ok()) {

@@ -280,6 +280,23 @@ TEST(Session, RefusesAnUpdateThatIsCancelledWhileItIsStaged) {
   EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 1).error.code, ErrorCode::kUpdateRejected);
 }
 
+// Goal: it is answered also if its editor has named another one since.
+TEST(Session, RefusesACancelledUpdateThatIsNotTheLastOneNamed) {
+  SessionHarness harness;
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1)});
+  harness.script->during_update = [&] {
+    harness.session->CancelAdvance(2);
+    harness.session->CancelAdvance(3);
+  };
+  editor->events.clear();
+  editor->commands = {kMetric(2, 2.0), Advance(3)};
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_THAT(editor->Log(), ElementsAre("rejected 2", "rejected 3"));
+  EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 0).error.code, ErrorCode::kCancelled);
+  EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 1).error.code, ErrorCode::kUpdateRejected);
+}
+
 // Goal: nobody waits for an update whose client has gone: it counts as never sent, what was staged
 // before stays, and the client that comes back sends it again.
 TEST(Session, ForgetsAnUpdateWhoseEditorGoesWhileItIsStaged) {
