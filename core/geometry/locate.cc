@@ -15,6 +15,9 @@ namespace {
 /// A walk that has not arrived after this many triangles is slower than the tree, or in a cycle.
 constexpr std::int64_t kWalkStepsMax = 64;
 
+/// So many walks wait for the memory together.
+constexpr std::size_t kSideBySide = 16;
+
 /// A way from one end of a triangulation to the other takes at most so many times the root of the
 /// number of its triangles, unless they are very unequal.
 constexpr std::int64_t kRowsToCross = 4;
@@ -111,31 +114,64 @@ bool TriangleLocator::MayWalkFar() const {
   return lazy_tree_->far_walks.fetch_add(1, std::memory_order_relaxed) < kFarWalksPerRow * row_;
 }
 
+void TriangleLocator::LocateEach(std::span<const Vec2> points, std::span<Location> found) const {
+  PLIANT_CHECK(points.size() == found.size());
+  std::array<std::size_t, kSideBySide> walking;
+  for (std::size_t first = 0; first < points.size(); first += kSideBySide) {
+    const std::size_t end = std::min(points.size(), first + kSideBySide);
+    std::size_t count = 0;
+    for (std::size_t i = first; i < end; ++i) {
+      found[i] = {.triangle = IsTriangle(found[i].triangle) ? found[i].triangle : 0};
+      Prefetch(found[i].triangle);
+      walking[count++] = i;
+    }
+    for (std::int64_t step = 0; count > 0 && step < kWalkStepsMax; ++step) {
+      std::size_t kept = 0;
+      for (std::size_t k = 0; k < count; ++k) {
+        const std::size_t i = walking[k];
+        if (!StepStraight(points[i], found[i])) continue;
+        Prefetch(found[i].triangle);
+        walking[kept++] = i;
+      }
+      count = kept;
+    }
+    for (std::size_t i = first; i < end; ++i) {
+      if (!found[i].inside) found[i] = Locate(points[i], found[i].triangle);
+    }
+  }
+}
+
 /// The usual case without exact arithmetic: leaves each triangle by the side that p is farthest
 /// beyond, and answers if p ends up inside a triangle and clear of its sides. Otherwise the answer
 /// is not `inside` and has only the triangle where the walk ended.
 Location TriangleLocator::WalkStraight(Vec2 p, std::int32_t start, std::int64_t steps_max) const {
-  std::int32_t at = start;
-  for (std::int64_t step = 0; step < steps_max; ++step) {
-    const std::array<Vec2, 3> corners = Corners(at);
-    const std::array<Vec2, 3> to = {corners[0] - p, corners[1] - p, corners[2] - p};
-    const std::array<double, 3> areas = {Cross(to[1], to[2]), Cross(to[2], to[0]),
-                                         Cross(to[0], to[1])};
-    std::size_t side = areas[1] < areas[0] ? 1 : 0;
-    if (areas[2] < areas[side]) side = 2;
-    if (areas[side] < 0) {
-      const std::int32_t next = neighbors(at)[side];
-      if (next < 0) break;
-      at = next;
-      continue;
-    }
-    const bool inside = internal::MarginOfOrient2d(corners[1], corners[2], p) > 0 &&
-                        internal::MarginOfOrient2d(corners[2], corners[0], p) > 0 &&
-                        internal::MarginOfOrient2d(corners[0], corners[1], p) > 0;
-    if (!inside) break;
-    return {.triangle = at, .weights = WeightsFromAreas(corners, p, areas), .inside = true};
+  Location at{.triangle = start};
+  for (std::int64_t step = 0; step < steps_max && StepStraight(p, at); ++step) {
   }
-  return {.triangle = at, .weights = {}, .inside = false};
+  return at;
+}
+
+/// One step of that walk. @return true if it goes on
+inline bool TriangleLocator::StepStraight(Vec2 p, Location& at) const {
+  const std::array<Vec2, 3> corners = Corners(at.triangle);
+  const std::array<Vec2, 3> to = {corners[0] - p, corners[1] - p, corners[2] - p};
+  const std::array<double, 3> areas = {Cross(to[1], to[2]), Cross(to[2], to[0]),
+                                       Cross(to[0], to[1])};
+  std::size_t side = areas[1] < areas[0] ? 1 : 0;
+  if (areas[2] < areas[side]) side = 2;
+  if (areas[side] < 0) {
+    const std::int32_t next = neighbors(at.triangle)[side];
+    if (next < 0) return false;
+    at.triangle = next;
+    return true;
+  }
+  if (internal::MarginOfOrient2d(corners[1], corners[2], p) > 0 &&
+      internal::MarginOfOrient2d(corners[2], corners[0], p) > 0 &&
+      internal::MarginOfOrient2d(corners[0], corners[1], p) > 0) {
+    at.weights = WeightsFromAreas(corners, p, areas);
+    at.inside = true;
+  }
+  return false;
 }
 
 /// A visibility walk: leaves each triangle by a side that has p beyond it. The first side to be

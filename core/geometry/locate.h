@@ -85,6 +85,12 @@ class TriangleLocator {
   /// @par Cost    tens of ns from a good hint, else O(log n) for well-shaped triangles.
   [[nodiscard]] Location Locate(Vec2 p, std::int32_t hint) const;
 
+  /// The same for several points, found side by side: their walks wait for the memory together.
+  ///
+  /// @param points  finite.
+  /// @param found   one for each: on entry `triangle` is the hint, on return all is the answer.
+  void LocateEach(std::span<const Vec2> points, std::span<Location> found) const;
+
   [[nodiscard]] bool IsTriangle(std::int32_t t) const { return t >= 0 && t < triangle_count(); }
 
   /// Has the memory fetch what Locate reads first from this hint, whatever number that is.
@@ -109,6 +115,7 @@ class TriangleLocator {
             points_[static_cast<std::size_t>(c)]};
   }
   [[nodiscard]] bool MayWalkFar() const;
+  [[nodiscard]] bool StepStraight(Vec2 p, Location& at) const;
   [[nodiscard]] Location WalkStraight(Vec2 p, std::int32_t start, std::int64_t steps_max) const;
   [[nodiscard]] std::int32_t Walk(Vec2 p, std::int32_t start) const;
   [[nodiscard]] Location Canonical(Vec2 p, std::int32_t triangle) const;

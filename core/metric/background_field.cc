@@ -246,4 +246,28 @@ std::optional<Metric> BackgroundField::Probe(Vec2 p, std::int32_t& hint) const {
   return At(p, hint);
 }
 
+void BackgroundField::ProbeEach(std::span<Question> questions) const {
+  constexpr std::size_t kAtOnce = 64;
+  std::array<Vec2, kAtOnce> places;
+  std::array<Location, kAtOnce> found;
+  std::array<Question*, kAtOnce> asked;
+  while (!questions.empty()) {
+    const std::size_t taken = std::min(kAtOnce, questions.size());
+    std::size_t count = 0;
+    for (Question& one : questions.first(taken)) {
+      one.answer.reset();
+      if (!Meet(locator_.box(), {one.place, one.place})) continue;
+      places[count] = one.place;
+      found[count].triangle = one.hint;
+      asked[count++] = &one;
+    }
+    locator_.LocateEach(std::span(places).first(count), std::span(found).first(count));
+    for (std::size_t k = 0; k < count; ++k) {
+      asked[k]->hint = found[k].triangle;
+      asked[k]->answer = Exp(LogIn(found[k]));
+    }
+    questions = questions.subspan(taken);
+  }
+}
+
 }  // namespace pliant

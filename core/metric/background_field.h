@@ -51,6 +51,8 @@ class BackgroundField final : public MetricField {
   /// nearest one makes a tree of boxes first, which takes longer than to follow a new metric.
   [[nodiscard]] std::optional<Metric> Probe(Vec2 p, std::int32_t& hint) const override;
 
+  void ProbeEach(std::span<Question> questions) const override;
+
   void PrefetchHint(std::int32_t hint) const override { locator_.Prefetch(hint); }
   void PrefetchBehindHint(std::int32_t hint) const override;
 

@@ -51,6 +51,17 @@ class MetricField {
     return At(p, hint);
   }
 
+  /// One of several questions of someone who looks around.
+  struct Question {
+    Vec2 place;
+    std::int32_t hint = kNoHint;
+    std::optional<Metric> answer;
+  };
+  /// Probe for each of them, with the same answers; those that walk through a mesh go side by side.
+  virtual void ProbeEach(std::span<Question> questions) const {
+    for (Question& one : questions) one.answer = Probe(one.place, one.hint);
+  }
+
   /// Says that At will soon be asked with this hint, so that the memory can be fetched by then:
   /// first what the hint names, later, when that is there, what it leads to. Any hint will do.
   virtual void PrefetchHint(std::int32_t /*hint*/) const {}

@@ -33,6 +33,9 @@ constexpr double kChangeLeft = 0.5;
 /// band that goes by these has a ragged rim, which runs over vertices far beyond the front.
 constexpr double kRimOfBand = 1.5;
 
+/// So many are asked at once where they would come to lie.
+constexpr std::size_t kAskedAtOnce = 16;
+
 /// Memory is fetched for so many vertices before their turn.
 constexpr std::size_t kVerticesAhead = 16;
 
@@ -187,28 +190,49 @@ class Carrier {
     }
   }
 
-  /// What the new metric has one shift ahead of what changes. A field of triangles walks from one
-  /// answer to the next, which is a matter of a few triangles between neighbours; vertices are
-  /// asked in order of their slots, most of which lie in memory as they do in the plane.
+  /// What the new metric has one shift ahead of what changes. A field of triangles walks there from
+  /// the answer of a neighbour, which is a matter of a few triangles. Vertices are asked in order
+  /// of their slots, most of which lie in memory as they do in the plane.
   std::vector<Ahead> LookAhead(const WantedTensors& wanted,
                                const std::vector<std::size_t>& changed) {
-    const auto vertex_of = [&](std::size_t k) { return wanted.vertices[changed[k]]; };
     std::vector<Ahead> aheads(changed.size());
-    const bool walks = FieldWalks(vertex_of(0));
+    const bool walks = FieldWalks(wanted.vertices[changed[0]]);
     PlaceMap asked(mesh_.vertex_slots());
     asked.Reserve(walks ? changed.size() : 0);
-    std::int32_t hint = mesh_.hint(vertex_of(0));
+    std::vector<std::size_t> batch;
+    std::int32_t hint = mesh_.hint(wanted.vertices[changed[0]]);
     for (std::size_t k = 0; k < changed.size() && !stopped_(); ++k) {
       PrefetchAhead(wanted, std::span(changed).subspan(k));
-      const VertexId vertex = vertex_of(k);
+      const VertexId vertex = wanted.vertices[changed[k]];
       const std::int32_t near = walks ? PlaceNear(asked, vertex) : PlaceMap::kNone;
       if (near != PlaceMap::kNone) hint = aheads[static_cast<std::size_t>(near)].hint;
       aheads[k].hint = hint;
-      Ask(aheads[k], vertex);
+      if (walks) asked.Add(vertex, static_cast<std::int32_t>(k));
+      batch.push_back(k);
+      if (batch.size() < kAskedAtOnce && k + 1 < changed.size()) continue;
+      AskAll(wanted, changed, batch, aheads);
       hint = aheads[k].hint;
-      if (walks && aheads[k].tensor) asked.Add(vertex, static_cast<std::int32_t>(k));
     }
     return aheads;
+  }
+
+  /// Asks for the aheads in these places, and empties the list.
+  void AskAll(const WantedTensors& wanted, const std::vector<std::size_t>& changed,
+              std::vector<std::size_t>& batch, std::vector<Ahead>& aheads) {
+    questions_.clear();
+    std::size_t kept = 0;
+    for (const std::size_t k : batch) {
+      const std::optional<Vec2> place = PlaceAfter(mesh_, wanted.vertices[changed[k]], shift_);
+      if (!place) continue;
+      questions_.push_back({*place, aheads[k].hint, {}});
+      batch[kept++] = k;
+    }
+    field_.ProbeEach(questions_);
+    for (std::size_t i = 0; i < kept; ++i) {
+      const MetricField::Question& one = questions_[i];
+      aheads[batch[i]] = {one.place, one.answer, one.hint};
+    }
+    batch.clear();
   }
 
   /// Has the memory fetch what the vertices after the first will need.
@@ -378,8 +402,9 @@ class Carrier {
   StopPoll stopped_;
   Vec2 shift_;
   std::vector<Carried> carried_;
-  std::vector<bool> moves_;  // By slot.
-  PlaceMap place_of_;        // In carried_.
+  std::vector<MetricField::Question> questions_;  // Of the last AskAll.
+  std::vector<bool> moves_;                       // By slot.
+  PlaceMap place_of_;                             // In carried_.
   Star star_;
 };
 

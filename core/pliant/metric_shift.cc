@@ -93,24 +93,40 @@ class ShiftSearch {
     std::int32_t hint;
   };
 
-  /// What the field has at a place after the shift; nothing where it has no answer.
-  [[nodiscard]] std::optional<LogMetric> LogAt(Place& place, Vec2 shift) const {
-    const std::optional<Metric> metric = field_.Probe(place.position + shift, place.hint);
-    if (!metric) return std::nullopt;
-    return Log(*metric);
+  /// Asks what the field has after a shift, of every `stride`-th place; nothing where it has no
+  /// answer.
+  std::span<const MetricField::Question> Ask(Vec2 shift, std::size_t stride) {
+    questions_.clear();
+    for (std::size_t i = 0; i < places_.size(); i += stride) {
+      questions_.push_back({places_[i].position + shift, places_[i].hint, {}});
+    }
+    field_.ProbeEach(questions_);
+    for (std::size_t k = 0; k < questions_.size(); ++k) {
+      places_[k * stride].hint = questions_[k].hint;
+    }
+    return questions_;
+  }
+
+  /// The logarithms of the answers.
+  std::vector<std::optional<LogMetric>> LogsAt(Vec2 shift) {
+    std::vector<std::optional<LogMetric>> logs;
+    for (const MetricField::Question& one : Ask(shift, 1)) {
+      logs.push_back(one.answer ? std::optional(Log(*one.answer)) : std::nullopt);
+    }
+    return logs;
   }
 
   /// Mean difference over every `stride`-th place. Once stopped no shift is better than another.
   double Cost(Vec2 shift, std::size_t stride) {
     if (stop_ != nullptr && stop_->asked()) return kDifferenceMax;
     double sum = 0;
-    double count = 0;
-    for (std::size_t i = 0; i < places_.size(); i += stride) {
-      const std::optional<LogMetric> log = LogAt(places_[i], shift);
-      sum += log ? std::min(kDifferenceMax, LogDistance(*log, places_[i].log)) : kDifferenceMax;
-      ++count;
+    const auto questions = Ask(shift, stride);
+    for (std::size_t k = 0; k < questions.size(); ++k) {
+      const std::optional<Metric>& answer = questions[k].answer;
+      sum += answer ? std::min(kDifferenceMax, LogDistance(Log(*answer), places_[k * stride].log))
+                    : kDifferenceMax;
     }
-    return sum / count;
+    return sum / static_cast<double>(questions.size());
   }
 
   /// The best of shifts on circles around zero.
@@ -176,10 +192,14 @@ class ShiftSearch {
     double a12 = 0;
     double a22 = 0;
     Vec2 b;
-    for (Place& place : places_) {
-      const auto here = LogAt(place, at);
-      const auto right = LogAt(place, at + Vec2{delta, 0});
-      const auto up = LogAt(place, at + Vec2{0, delta});
+    const auto all_here = LogsAt(at);
+    const auto all_right = LogsAt(at + Vec2{delta, 0});
+    const auto all_up = LogsAt(at + Vec2{0, delta});
+    for (std::size_t i = 0; i < places_.size(); ++i) {
+      const Place& place = places_[i];
+      const std::optional<LogMetric>& here = all_here[i];
+      const std::optional<LogMetric>& right = all_right[i];
+      const std::optional<LogMetric>& up = all_up[i];
       if (!here || !right || !up) continue;
       const double difference = LogDistance(*here, place.log);
       if (difference > 1) continue;
@@ -207,6 +227,7 @@ class ShiftSearch {
   const MetricField& field_;
   const StopSignal* const stop_;
   std::vector<Place> places_;
+  std::vector<MetricField::Question> questions_;  // Of the last Ask.
   Vec2 low_;
   Vec2 high_;
 };

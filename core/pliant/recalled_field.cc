@@ -24,6 +24,7 @@ RecalledField::RecalledField(std::unique_ptr<BackgroundField> sent,
 
 void RecalledField::SetShift(Vec2 by) {
   by_ = by;
+  recalls_ = false;
   rests_.Clear();
   recalled_.assign(AsIndex(sent_->locator().triangle_count()), kUnknown);
 }
@@ -44,6 +45,7 @@ bool RecalledField::Knows(const Arrival& arrival) {
   for (const std::int32_t corner : sent_->locator().corners(arrival.triangle)) {
     if (!RestAt(corner, from).agrees) recalled = kForgotten;
   }
+  recalls_ = recalls_ || recalled != kForgotten;
   return recalled != kForgotten;
 }
 
@@ -73,7 +75,7 @@ bool RecalledField::IsCoarse(std::int32_t triangle, const Metric& tensor) const 
 Metric RecalledField::At(Vec2 p, std::int32_t& hint) const {
   const Location location = sent_->locator().Locate(p, hint);
   hint = location.triangle;
-  if (recalled_.empty() || recalled_[AsIndex(hint)] < 0) return Exp(sent_->LogIn(location));
+  if (!recalls_ || recalled_[AsIndex(hint)] < 0) return Exp(sent_->LogIn(location));
   return Exp(before_->LogAt(p - by_, recalled_[AsIndex(hint)]) + RestIn(location));
 }
 
@@ -90,6 +92,14 @@ LogMetric RecalledField::RestIn(const Location& location) const {
 std::optional<Metric> RecalledField::Probe(Vec2 p, std::int32_t& hint) const {
   if (!Meet(sent_->locator().box(), {p, p})) return std::nullopt;
   return At(p, hint);
+}
+
+void RecalledField::ProbeEach(std::span<Question> questions) const {
+  if (recalls_) {
+    MetricField::ProbeEach(questions);
+  } else {
+    sent_->ProbeEach(questions);
+  }
 }
 
 std::size_t RecalledField::bytes() const {

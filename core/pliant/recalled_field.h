@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "core/geometry/vec2.h"
@@ -51,6 +52,7 @@ class RecalledField final : public MetricField {
 
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
   [[nodiscard]] std::optional<Metric> Probe(Vec2 p, std::int32_t& hint) const override;
+  void ProbeEach(std::span<Question> questions) const override;
   void PrefetchHint(std::int32_t hint) const override { sent_->PrefetchHint(hint); }
   void PrefetchBehindHint(std::int32_t hint) const override { sent_->PrefetchBehindHint(hint); }
   [[nodiscard]] std::size_t bytes() const override;
@@ -73,6 +75,7 @@ class RecalledField final : public MetricField {
   std::unique_ptr<BackgroundField> sent_;
   std::shared_ptr<FrozenMesh> before_;
   Vec2 by_;
+  bool recalls_ = false;
   mutable SlotRows<Rest> rests_;  ///< By point, of those that were asked for. At only reads.
   /// By triangle of `sent`: where in the mesh of before the answers lie, or kUnknown, or
   /// kForgotten where the corners do not agree. It is a hint, only ever a speed-up.

@@ -161,6 +161,20 @@ void CheckAgainstBruteForce(const Mesh& mesh, Rng& rng) {
   }
   EXPECT_GT(inside_count, 1000);
   EXPECT_GT(outside_count, 50);
+
+  // All at once, from any hints, the same bits.
+  const std::vector<Vec2> points = Questions(mesh, rng);
+  std::vector<Location> found(points.size());
+  for (Location& one : found) {
+    one.triangle = static_cast<std::int32_t>(rng.Below(mesh.triangles.size() + 4)) - 2;
+  }
+  locator.LocateEach(points, found);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    const Location at = locator.Locate(points[i], -1);
+    ASSERT_EQ(found[i].triangle, at.triangle) << i;
+    ASSERT_EQ(found[i].weights, at.weights) << i;
+    ASSERT_EQ(found[i].inside, at.inside) << i;
+  }
 }
 
 // Goal: the lowest triangle that holds the point, weights that give the point back, the nearest

@@ -128,6 +128,30 @@ TEST(BackgroundField, IsNotLookedForOutsideItsBox) {
   }
 }
 
+// Goal: many who look around get what each would get alone, those outside the box nothing.
+TEST(BackgroundField, ProbesManyPointsAsOne) {
+  const auto field = BackgroundField::Make(Example(9), {}).value();
+  Rng rng(11);
+  std::vector<MetricField::Question> questions(150);
+  for (auto& one : questions) {
+    one.place = {rng.Uniform(-0.2, 1.2), rng.Uniform(-0.2, 1.2)};
+    one.hint = static_cast<std::int32_t>(rng.Below(40)) - 5;
+    one.answer = Metric::Isotropic(1);
+  }
+  field->ProbeEach(questions);
+  std::int64_t outside = 0;
+  for (const auto& one : questions) {
+    std::int32_t hint = MetricField::kNoHint;
+    EXPECT_EQ(one.answer, field->Probe(one.place, hint));
+    if (one.answer) {
+      EXPECT_EQ(one.hint, hint);
+    }
+    outside += one.answer ? 0 : 1;
+  }
+  EXPECT_GT(outside, 20);
+  EXPECT_LT(outside, 130);
+}
+
 TEST(BackgroundField, KeepsTheBoundsInBetween) {
   BackgroundMetric metric = Example(3);
   Rng rng(1996);
