@@ -1,6 +1,7 @@
 #include "core/pliant/followed_metric.h"
 
 #include <algorithm>
+#include <array>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -25,8 +26,9 @@ constexpr std::ptrdiff_t kCopyShare = 8;
 /// the result is the same.
 constexpr std::size_t kReloadShare = 6;
 
-/// Vertices that a field is asked for in one go: few enough for their places to stay in the cache.
-constexpr std::size_t kQuestionsAtOnce = 1024;
+/// Vertices that a field is asked for in one go: so few that the processor fetches the next places
+/// while it computes the last answers, and as many as a formula answers together.
+constexpr std::size_t kQuestionsAtOnce = 16;
 
 Error TensorError(ErrorCode code, const char* field, std::size_t index, const std::string& what) {
   return {code, "entry " + std::to_string(index) + " of " + field + " " + what, field,
@@ -129,20 +131,23 @@ Result<WantedTensors> FollowedMetric::Evaluate(const MetricField& field, const S
 Result<std::vector<Metric>> FollowedMetric::Ask(const MetricField& field,
                                                 std::span<const VertexId> vertices,
                                                 const StopSignal* stop) {
-  std::vector<Metric> tensors(vertices.size());
-  std::vector<Vec2> points;
-  std::vector<std::int32_t> hints;
+  std::vector<Metric> tensors;
+  tensors.reserve(vertices.size());
+  std::array<Vec2, kQuestionsAtOnce> points;
+  std::array<std::int32_t, kQuestionsAtOnce> hints;
+  std::array<Metric, kQuestionsAtOnce> answers;
   for (std::size_t begin = 0; begin < vertices.size(); begin += kQuestionsAtOnce) {
-    if (stop != nullptr && stop->asked()) return Stopped();
+    if (begin % StopPoll::kPeriod == 0 && stop != nullptr && stop->asked()) return Stopped();
     const auto block = vertices.subspan(begin, std::min(kQuestionsAtOnce, vertices.size() - begin));
-    points.clear();
-    hints.clear();
-    for (const VertexId vertex : block) {
-      points.push_back(mesh_.position(vertex));
-      hints.push_back(mesh_.hint(vertex));
+    for (std::size_t i = 0; i < block.size(); ++i) {
+      points[i] = mesh_.position(block[i]);
+      hints[i] = mesh_.hint(block[i]);
     }
-    field.AtEach(points, hints, std::span(tensors).subspan(begin, block.size()));
+    const auto answered = std::span(answers).first(block.size());
+    field.AtEach(std::span(points).first(block.size()), std::span(hints).first(block.size()),
+                 answered);
     for (std::size_t i = 0; i < block.size(); ++i) edit_.Hint(block[i]) = hints[i];
+    tensors.insert(tensors.end(), answered.begin(), answered.end());
   }
   return tensors;
 }

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <cmath>
 #include <memory>
 #include <utility>
@@ -10,6 +11,7 @@
 #include "core/base/rng.h"
 #include "core/delaunay/import_mesh.h"
 #include "core/mesh/mesh_edit.h"
+#include "core/metric/function_field.h"
 #include "tests/support/mesh_testing.h"
 
 namespace pliant {
@@ -104,22 +106,25 @@ TEST_F(FollowedMetricTest, KnowsWhatItFollows) {
 // Goal: many vertices asked at once, in any order and some twice, get the bits that each would get
 // alone; one more than a block of questions, and none.
 TEST_F(FollowedMetricTest, AsksManyVerticesAsItWouldOne) {
-  const auto field = MakeMetricField({.source = ExpressionMetric{"100+x", "sin(y)", "exp(x*y)+9"}},
-                                     {{0, 0}, {1, 1}})
-                         .value();
+  const auto formula = MakeMetricField(
+      {.source = ExpressionMetric{"100+x", "sin(y)", "exp(x*y)+9"}}, {{0, 0}, {1, 1}});
+  const auto function = [](Vec2 p) { return Metric{100 + p.x, p.y, 9}; };
+  const FunctionField<decltype(function)> own(function);
   Rng rng(5);
   std::vector<VertexId> vertices;
   vertices.reserve(1025);
   for (int i = 0; i < 1025; ++i) vertices.emplace_back(static_cast<std::int32_t>(rng.Below(81)));
-  const std::vector<Metric> tensors = followed_.Ask(*field, vertices).value();
-  ASSERT_EQ(tensors.size(), vertices.size());
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    std::int32_t hint = MetricField::kNoHint;
-    EXPECT_EQ(tensors[i], field->At(mesh_.position(vertices[i]), hint));
+  for (const MetricField* field : std::array<const MetricField*, 2>{formula->get(), &own}) {
+    const std::vector<Metric> tensors = followed_.Ask(*field, vertices).value();
+    ASSERT_EQ(tensors.size(), vertices.size());
+    for (std::size_t i = 0; i < vertices.size(); ++i) {
+      std::int32_t hint = MetricField::kNoHint;
+      EXPECT_EQ(tensors[i], field->At(mesh_.position(vertices[i]), hint));
+    }
   }
-  EXPECT_TRUE(followed_.Ask(*field, {}).value().empty());
+  EXPECT_TRUE(followed_.Ask(own, {}).value().empty());
   const StopFlag stop(true);
-  EXPECT_EQ(followed_.Ask(*field, vertices, &stop).error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(followed_.Ask(own, vertices, &stop).error().code, ErrorCode::kCancelled);
 }
 
 TEST_F(FollowedMetricTest, WantsNothingForTensorsWithinTheTolerance) {
