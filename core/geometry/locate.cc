@@ -15,8 +15,9 @@ namespace {
 /// A walk that has not arrived after this many triangles is slower than the tree, or in a cycle.
 constexpr std::int64_t kWalkStepsMax = 64;
 
-/// So many walks wait for the memory together.
+/// So many walks wait for the memory together, which makes longer ones worth their while.
 constexpr std::size_t kSideBySide = 16;
+constexpr std::int64_t kSideBySideStepsMax = 512;
 
 /// A way from one end of a triangulation to the other takes at most so many times the root of the
 /// number of its triangles, unless they are very unequal.
@@ -53,6 +54,18 @@ void SortByUpper(std::span<Side> sides) {
   }
 }
 
+/// Without triangles if the search for neighbours was stopped.
+LinkedTriangles Link(std::span<const Vec2> points,
+                     std::span<const std::array<std::int32_t, 3>> triangles,
+                     std::span<const std::array<std::int32_t, 3>> neighbors) {
+  LinkedTriangles linked{.points = {points.begin(), points.end()}, .triangles = {}};
+  linked.triangles.reserve(neighbors.size());
+  for (std::size_t t = 0; t < neighbors.size(); ++t) {
+    linked.triangles.push_back({triangles[t], neighbors[t]});
+  }
+  return linked;
+}
+
 /// Makes neighbours of the triangles whose sides have both ends in common, of all sides with one
 /// lower end.
 void PairSides(std::span<Side> sides, Neighborhood& result) {
@@ -81,21 +94,16 @@ TriangleLocator::TriangleLocator(const std::vector<Vec2>& points,
 TriangleLocator::TriangleLocator(std::span<const Vec2> points,
                                  std::span<const std::array<std::int32_t, 3>> triangles,
                                  std::span<const std::array<std::int32_t, 3>> neighbors)
-    : points_(points.begin(), points.end()),
-      box_(points_.empty() ? BoundingBox{} : BoxOf(points_)),
-      lowest_triangle_(points_.size(), -1),
-      row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(triangles.size())))),
-      lazy_tree_(std::make_unique<LazyTree>()) {
+    : TriangleLocator(Link(points, triangles, neighbors)) {
   PLIANT_CHECK(!triangles.empty());
-  if (neighbors.empty()) return;  // Stopped.
-  links_.reserve(triangles.size());
-  for (std::size_t t = 0; t < triangles.size(); ++t) links_.push_back({triangles[t], neighbors[t]});
-  for (std::size_t t = triangles.size(); t-- > 0;) {
-    for (std::int32_t corner : triangles[t]) {
-      lowest_triangle_[AsIndex(corner)] = static_cast<std::int32_t>(t);
-    }
-  }
 }
+
+TriangleLocator::TriangleLocator(LinkedTriangles linked)
+    : points_(std::move(linked.points)),
+      box_(points_.empty() ? BoundingBox{} : BoxOf(points_)),
+      links_(std::move(linked.triangles)),
+      row_(static_cast<std::int64_t>(std::sqrt(static_cast<double>(links_.size())))),
+      lazy_(std::make_unique<LazyParts>()) {}
 
 Location TriangleLocator::Locate(Vec2 p, std::int32_t hint) const {
   Location end = WalkStraight(p, IsTriangle(hint) ? hint : 0, kWalkStepsMax);
@@ -110,34 +118,39 @@ Location TriangleLocator::Locate(Vec2 p, std::int32_t hint) const {
 
 /// As long as there is no tree, some ways across the whole triangulation cost less than to make it.
 bool TriangleLocator::MayWalkFar() const {
-  if (lazy_tree_->tree.made()) return false;
-  return lazy_tree_->far_walks.fetch_add(1, std::memory_order_relaxed) < kFarWalksPerRow * row_;
+  if (lazy_->tree.made()) return false;
+  return lazy_->far_walks.fetch_add(1, std::memory_order_relaxed) < kFarWalksPerRow * row_;
 }
 
 void TriangleLocator::LocateEach(std::span<const Vec2> points, std::span<Location> found) const {
   PLIANT_CHECK(points.size() == found.size());
-  std::array<std::size_t, kSideBySide> walking;
-  for (std::size_t first = 0; first < points.size(); first += kSideBySide) {
-    const std::size_t end = std::min(points.size(), first + kSideBySide);
-    std::size_t count = 0;
-    for (std::size_t i = first; i < end; ++i) {
-      found[i] = {.triangle = IsTriangle(found[i].triangle) ? found[i].triangle : 0};
-      Prefetch(found[i].triangle);
-      walking[count++] = i;
-    }
-    for (std::int64_t step = 0; count > 0 && step < kWalkStepsMax; ++step) {
-      std::size_t kept = 0;
-      for (std::size_t k = 0; k < count; ++k) {
-        const std::size_t i = walking[k];
-        if (!StepStraight(points[i], found[i])) continue;
-        Prefetch(found[i].triangle);
-        walking[kept++] = i;
+  struct Walk {
+    std::size_t index;
+    std::int64_t steps_left;
+  };
+  std::array<Walk, kSideBySide> walks;
+  std::size_t next = 0;
+  const auto begin_next = [&] {
+    found[next] = {.triangle = IsTriangle(found[next].triangle) ? found[next].triangle : 0};
+    Prefetch(found[next].triangle);
+    return Walk{next++, kSideBySideStepsMax};
+  };
+  std::size_t count = 0;
+  while (count < kSideBySide && next < points.size()) walks[count++] = begin_next();
+  // When one has arrived another begins, so that nobody waits alone.
+  while (count > 0) {
+    for (std::size_t k = 0; k < count; ++k) {
+      Walk& walk = walks[k];
+      Location& at = found[walk.index];
+      if (walk.steps_left-- > 0 && StepStraight(points[walk.index], at)) {
+        Prefetch(at.triangle);
+      } else {
+        walk = next < points.size() ? begin_next() : walks[--count];
       }
-      count = kept;
     }
-    for (std::size_t i = first; i < end; ++i) {
-      if (!found[i].inside) found[i] = Locate(points[i], found[i].triangle);
-    }
+  }
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    if (!found[i].inside) found[i] = Locate(points[i], found[i].triangle);
   }
 }
 
@@ -209,13 +222,25 @@ Location TriangleLocator::Canonical(Vec2 p, std::int32_t triangle) const {
     if (across >= 0) lowest = std::min(lowest, across);
     const std::size_t j = (i + 1) % 3;
     if (signs[j] == 0) {  // On both sides: at the corner where they meet.
-      lowest = lowest_triangle_[AsIndex(corners(triangle)[(i + 2) % 3])];
+      lowest = LowestAt(corners(triangle)[(i + 2) % 3]);
       break;
     }
   }
   if (lowest != triangle) signs = SideSigns(Corners(lowest), p);
   return {
       .triangle = lowest, .weights = InteriorWeights(Corners(lowest), p, signs), .inside = true};
+}
+
+/// The lowest triangle at a point.
+std::int32_t TriangleLocator::LowestAt(std::int32_t point) const {
+  const std::vector<std::int32_t>& lowest = lazy_->lowest.Get([this] {
+    std::vector<std::int32_t> made(points_.size(), -1);
+    for (std::int32_t t = triangle_count(); t-- > 0;) {
+      for (const std::int32_t corner : corners(t)) made[AsIndex(corner)] = t;
+    }
+    return made;
+  });
+  return lowest[AsIndex(point)];
 }
 
 /// Asks the tree for a triangle around p, and failing that for the nearest one.
@@ -244,7 +269,7 @@ Location TriangleLocator::Search(Vec2 p) const {
 }
 
 const BoxTree& TriangleLocator::Tree() const {
-  return lazy_tree_->tree.Get([this] {
+  return lazy_->tree.Get([this] {
     std::vector<BoundingBox> boxes;
     boxes.reserve(links_.size());
     for (std::int32_t t = 0; t < triangle_count(); ++t) boxes.push_back(BoxOf(Corners(t)));

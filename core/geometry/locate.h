@@ -27,12 +27,16 @@ struct Location {
   bool inside = false;  ///< True if the point lies in the triangulation, its boundary included.
 };
 
+/// What a walk reads of a triangle, in one place.
+struct TriangleLinks {
+  std::array<std::int32_t, 3> corners;    ///< Counter-clockwise.
+  std::array<std::int32_t, 3> neighbors;  ///< Across the sides opposite them; -1: there is none.
+};
+
 /// A triangulation of which each triangle knows its neighbours.
 struct LinkedTriangles {
-  std::vector<Vec2> points;
-  std::vector<std::array<std::int32_t, 3>> triangles;  ///< Corners, counter-clockwise.
-  /// Of each triangle, those across the sides opposite its corners; -1 where there is none.
-  std::vector<std::array<std::int32_t, 3>> neighbors;
+  LargeVector<Vec2> points;
+  LargeVector<TriangleLinks> triangles;
 };
 
 /// Finds points in a fixed triangulation, which need be neither convex nor connected nor Delaunay.
@@ -54,9 +58,9 @@ class TriangleLocator {
   TriangleLocator(const std::vector<Vec2>& points,
                   const std::vector<std::array<std::int32_t, 3>>& triangles,
                   const StopSignal* stop = nullptr);
-  /// The same where the neighbours are known. @par Cost O(n)
-  explicit TriangleLocator(const LinkedTriangles& linked)
-      : TriangleLocator(linked.points, linked.triangles, linked.neighbors) {}
+  /// The same where the neighbours are known; takes the arrays. @par Cost reads the points once
+  explicit TriangleLocator(LinkedTriangles linked);
+  /// The same, copied. @par Cost O(n)
   TriangleLocator(std::span<const Vec2> points,
                   std::span<const std::array<std::int32_t, 3>> triangles,
                   std::span<const std::array<std::int32_t, 3>> neighbors);
@@ -95,18 +99,18 @@ class TriangleLocator {
 
   /// Has the memory fetch what Locate reads first from this hint, whatever number that is.
   void Prefetch(std::int32_t hint) const {
-    if (IsTriangle(hint)) PrefetchToRead(&links_[static_cast<std::size_t>(hint)]);
+    if (!IsTriangle(hint)) return;
+    const TriangleLinks& links = links_[static_cast<std::size_t>(hint)];
+    PrefetchToRead(&links.corners.front());
+    PrefetchToRead(&links.neighbors.back());  // Perhaps on the next line.
   }
 
  private:
-  /// What a walk reads of a triangle, in one place.
-  struct Links {
-    std::array<std::int32_t, 3> corners;
-    std::array<std::int32_t, 3> neighbors;
-  };
-  struct LazyTree {
+  /// What is made at the first question that needs it.
+  struct LazyParts {
     Lazy<BoxTree> tree;
     std::atomic<std::int64_t> far_walks = 0;
+    Lazy<std::vector<std::int32_t>> lowest;  ///< Triangle of each point; -1 where there is none.
   };
 
   [[nodiscard]] std::array<Vec2, 3> Corners(std::int32_t t) const {
@@ -121,13 +125,13 @@ class TriangleLocator {
   [[nodiscard]] Location Canonical(Vec2 p, std::int32_t triangle) const;
   [[nodiscard]] Location Search(Vec2 p) const;
   [[nodiscard]] const BoxTree& Tree() const;
+  [[nodiscard]] std::int32_t LowestAt(std::int32_t point) const;
 
   LargeVector<Vec2> points_;
   BoundingBox box_;
-  LargeVector<Links> links_;
-  std::vector<std::int32_t> lowest_triangle_;  ///< Of each point; -1 for a point of no triangle.
-  std::int64_t row_ = 0;                 ///< The root of the number of triangles: a way across.
-  std::unique_ptr<LazyTree> lazy_tree_;  ///< Made at the first question that needs it.
+  LargeVector<TriangleLinks> links_;
+  std::int64_t row_ = 0;  ///< The root of the number of triangles: a way across.
+  std::unique_ptr<LazyParts> lazy_;
 };
 
 /// How the triangles of a triangulation lie to each other.

@@ -22,22 +22,19 @@ MeshTriangles LinkTriangles(const Mesh& mesh, const StopSignal* stop) {
     if (mesh.triangle(TriangleId(t)).live) out.rank_of[static_cast<std::size_t>(t)] = count++;
   }
   linked.triangles.reserve(static_cast<std::size_t>(count));
-  linked.neighbors.reserve(static_cast<std::size_t>(count));
   for (std::int32_t t = 0; t < mesh.triangle_slots() && !stopped(); ++t) {
     const TriangleRecord& triangle = mesh.triangle(TriangleId(t));
     if (!triangle.live) continue;
     const auto corners = CanonicalTriangle(triangle.vertices);
     std::size_t from = 0;
     while (triangle.vertices[from] != corners[0]) ++from;
-    std::array<std::int32_t, 3> vertices;
-    std::array<std::int32_t, 3> across;
+    TriangleLinks links;
     for (std::size_t k = 0; k < 3; ++k) {
-      vertices[k] = dense[corners[k].index()];
+      links.corners[k] = dense[corners[k].index()];
       const TriangleId neighbor = triangle.neighbors[(from + k) % 3];
-      across[k] = neighbor.valid() ? out.rank_of[neighbor.index()] : -1;
+      links.neighbors[k] = neighbor.valid() ? out.rank_of[neighbor.index()] : -1;
     }
-    linked.triangles.push_back(vertices);
-    linked.neighbors.push_back(across);
+    linked.triangles.push_back(links);
   }
   return out;
 }

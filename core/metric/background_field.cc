@@ -164,7 +164,7 @@ Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundM
   return std::unique_ptr<BackgroundField>(new BackgroundField(std::move(locator), std::move(logs)));
 }
 
-std::unique_ptr<BackgroundField> BackgroundField::OfValid(const LinkedTriangles& mesh,
+std::unique_ptr<BackgroundField> BackgroundField::OfValid(LinkedTriangles mesh,
                                                           std::span<const Metric> tensors,
                                                           const StopSignal* stop) {
   StopPoll stopped(stop);
@@ -175,7 +175,7 @@ std::unique_ptr<BackgroundField> BackgroundField::OfValid(const LinkedTriangles&
     logs.push_back(Log(tensor));
   }
   return std::unique_ptr<BackgroundField>(
-      new BackgroundField(TriangleLocator(mesh), std::move(logs)));
+      new BackgroundField(TriangleLocator(std::move(mesh)), std::move(logs)));
 }
 
 std::unique_ptr<BackgroundField> BackgroundField::Restore(
@@ -262,6 +262,11 @@ void BackgroundField::ProbeEach(std::span<Question> questions) const {
       asked[count++] = &one;
     }
     locator_.LocateEach(std::span(places).first(count), std::span(found).first(count));
+    for (std::size_t k = 0; k < count; ++k) {
+      for (const std::int32_t corner : locator_.corners(found[k].triangle)) {
+        PrefetchToRead(&logs_[static_cast<std::size_t>(corner)]);
+      }
+    }
     for (std::size_t k = 0; k < count; ++k) {
       asked[k]->hint = found[k].triangle;
       asked[k]->answer = Exp(LogIn(found[k]));

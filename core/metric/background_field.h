@@ -34,7 +34,7 @@ class BackgroundField final : public MetricField {
 
   /// The same of a mesh and positive definite tensors that need no check and no bounds.
   /// @param stop  null: nobody; else nothing comes back if it asks to.
-  [[nodiscard]] static std::unique_ptr<BackgroundField> OfValid(const LinkedTriangles& mesh,
+  [[nodiscard]] static std::unique_ptr<BackgroundField> OfValid(LinkedTriangles mesh,
                                                                 std::span<const Metric> tensors,
                                                                 const StopSignal* stop = nullptr);
 

@@ -10,6 +10,7 @@
 #include "core/mesh/place_map.h"
 #include "core/mesh/star.h"
 #include "core/pliant/displace.h"
+#include "core/pliant/look_ahead.h"
 #include "core/pliant/metric_shift.h"
 #include "core/pliant/nodal_field.h"
 #include "core/pliant/slide.h"
@@ -32,12 +33,6 @@ constexpr double kChangeLeft = 0.5;
 /// is a rule of the place: tensors remember changes below the tolerance of updates before, and a
 /// band that goes by these has a ragged rim, which runs over vertices far beyond the front.
 constexpr double kRimOfBand = 1.5;
-
-/// So many are asked at once where they would come to lie.
-constexpr std::size_t kAskedAtOnce = 16;
-
-/// Memory is fetched for so many vertices before their turn.
-constexpr std::size_t kVerticesAhead = 16;
 
 /// Of more vertices than one for so many triangles, all triangles are read to find their rim.
 constexpr std::ptrdiff_t kScanShare = 12;
@@ -70,13 +65,6 @@ class Carrier {
     Vec2 to;
     Metric tensor;
     std::int32_t hint = 0;
-  };
-
-  /// What the new metric has where a vertex would come to lie.
-  struct Ahead {
-    Vec2 place;
-    std::optional<Metric> tensor;
-    std::int32_t hint = MetricField::kNoHint;
   };
 
   [[nodiscard]] bool Moves(VertexId vertex) const { return moves_[vertex.index()]; }
@@ -172,12 +160,15 @@ class Carrier {
 
   void ChooseCarried(const WantedTensors& wanted, const std::vector<std::size_t>& changed) {
     moves_.assign(static_cast<std::size_t>(mesh_.vertex_slots()), false);
-    std::vector<Ahead> aheads = LookAhead(wanted, changed);
+    std::vector<VertexId> vertices;
+    vertices.reserve(changed.size());
+    for (const std::size_t i : changed) vertices.push_back(wanted.vertices[i]);
+    std::vector<Ahead> aheads = LookAhead(mesh_, field_, vertices, shift_, signal_);
     if (recalled_ != nullptr) recalled_->SetShift(shift_);
     for (std::size_t k = 0; k < changed.size(); ++k) {
       if (stopped_()) return;
       const std::size_t i = changed[k];
-      const VertexId vertex = wanted.vertices[i];
+      const VertexId vertex = vertices[k];
       const Metric& old = mesh_.metric(vertex);
       if (!aheads[k].tensor) continue;
       if (recalled_ != nullptr) Recall(aheads[k], vertex);
@@ -188,76 +179,6 @@ class Carrier {
         Carry(vertex, aheads[k]);
       }
     }
-  }
-
-  /// What the new metric has one shift ahead of what changes. A field of triangles walks there from
-  /// the answer of a neighbour, which is a matter of a few triangles. Vertices are asked in order
-  /// of their slots, most of which lie in memory as they do in the plane.
-  std::vector<Ahead> LookAhead(const WantedTensors& wanted,
-                               const std::vector<std::size_t>& changed) {
-    std::vector<Ahead> aheads(changed.size());
-    const bool walks = FieldWalks(wanted.vertices[changed[0]]);
-    PlaceMap asked(mesh_.vertex_slots());
-    asked.Reserve(walks ? changed.size() : 0);
-    std::vector<std::size_t> batch;
-    std::int32_t hint = mesh_.hint(wanted.vertices[changed[0]]);
-    for (std::size_t k = 0; k < changed.size() && !stopped_(); ++k) {
-      PrefetchAhead(wanted, std::span(changed).subspan(k));
-      const VertexId vertex = wanted.vertices[changed[k]];
-      const std::int32_t near = walks ? PlaceNear(asked, vertex) : PlaceMap::kNone;
-      if (near != PlaceMap::kNone) hint = aheads[static_cast<std::size_t>(near)].hint;
-      aheads[k].hint = hint;
-      if (walks) asked.Add(vertex, static_cast<std::int32_t>(k));
-      batch.push_back(k);
-      if (batch.size() < kAskedAtOnce && k + 1 < changed.size()) continue;
-      AskAll(wanted, changed, batch, aheads);
-      hint = aheads[k].hint;
-    }
-    return aheads;
-  }
-
-  /// Asks for the aheads in these places, and empties the list.
-  void AskAll(const WantedTensors& wanted, const std::vector<std::size_t>& changed,
-              std::vector<std::size_t>& batch, std::vector<Ahead>& aheads) {
-    questions_.clear();
-    std::size_t kept = 0;
-    for (const std::size_t k : batch) {
-      const std::optional<Vec2> place = PlaceAfter(mesh_, wanted.vertices[changed[k]], shift_);
-      if (!place) continue;
-      questions_.push_back({*place, aheads[k].hint, {}});
-      batch[kept++] = k;
-    }
-    field_.ProbeEach(questions_);
-    for (std::size_t i = 0; i < kept; ++i) {
-      const MetricField::Question& one = questions_[i];
-      aheads[batch[i]] = {one.place, one.answer, one.hint};
-    }
-    batch.clear();
-  }
-
-  /// Has the memory fetch what the vertices after the first will need.
-  void PrefetchAhead(const WantedTensors& wanted, std::span<const std::size_t> changed) const {
-    if (changed.size() <= kVerticesAhead) return;
-    mesh_.Prefetch(wanted.vertices[changed[kVerticesAhead]]);
-    const VertexId near = wanted.vertices[changed[kVerticesAhead / 2]];
-    mesh_.Prefetch(mesh_.vertex(near).triangle);
-  }
-
-  /// The place of a vertex nearby in a map, or kNone.
-  [[nodiscard]] std::int32_t PlaceNear(const PlaceMap& map, VertexId vertex) const {
-    const TriangleRecord& triangle = mesh_.triangle(mesh_.vertex(vertex).triangle);
-    const auto place_in = [&](const TriangleRecord& one) {
-      for (const VertexId corner : one.vertices) {
-        if (const std::int32_t place = map.At(corner); place != PlaceMap::kNone) return place;
-      }
-      return PlaceMap::kNone;
-    };
-    std::int32_t place = place_in(triangle);
-    for (const TriangleId neighbor : triangle.neighbors) {
-      if (place != PlaceMap::kNone) return place;
-      if (neighbor.valid()) place = place_in(mesh_.triangle(neighbor));
-    }
-    return place;
   }
 
   void Ask(Ahead& ahead, VertexId vertex) const {
@@ -276,13 +197,6 @@ class Carrier {
     if (!recalled) return;
     const bool slides = ahead.place != record.position + shift_;
     ahead.tensor = slides ? recalled_->At(ahead.place, ahead.hint) : *recalled;
-  }
-
-  /// True if the field finds answers by way of hints.
-  [[nodiscard]] bool FieldWalks(VertexId vertex) const {
-    std::int32_t hint = MetricField::kNoHint;
-    (void)field_.At(mesh_.position(vertex), hint);
-    return hint != MetricField::kNoHint;
   }
 
   /// @pre ahead.tensor
@@ -402,9 +316,8 @@ class Carrier {
   StopPoll stopped_;
   Vec2 shift_;
   std::vector<Carried> carried_;
-  std::vector<MetricField::Question> questions_;  // Of the last AskAll.
-  std::vector<bool> moves_;                       // By slot.
-  PlaceMap place_of_;                             // In carried_.
+  std::vector<bool> moves_;  // By slot.
+  PlaceMap place_of_;        // In carried_.
   Star star_;
 };
 

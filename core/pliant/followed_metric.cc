@@ -306,6 +306,11 @@ Status FollowedMetric::FollowMesh(const WantedTensors& others, const StopSignal*
 /// The tensors of all vertices as a background mesh; null if it was stopped. @par Cost O(mesh)
 std::unique_ptr<BackgroundField> FollowedMetric::CopyWith(const WantedTensors& others,
                                                           const StopSignal* stop) const {
+  // Mostly they are all vertices, as in LiveVertices.
+  if (std::ssize(others.vertices) == mesh_.vertex_count() &&
+      std::ranges::is_sorted(others.vertices)) {
+    return CopyOf(others.tensors, stop);
+  }
   std::vector<std::size_t> row_of(static_cast<std::size_t>(mesh_.vertex_slots()));
   std::vector<Metric> tensors;
   tensors.reserve(static_cast<std::size_t>(mesh_.vertex_count()));
@@ -329,9 +334,12 @@ std::unique_ptr<BackgroundField> FollowedMetric::CopyOf(std::span<const Metric> 
                                                         const StopSignal* stop) const {
   MeshTriangles triangles = LinkTriangles(mesh_, stop);
   if (stop != nullptr && stop->asked()) return nullptr;
-  std::unique_ptr<BackgroundField> copy = BackgroundField::OfValid(triangles.linked, tensors, stop);
+  std::unique_ptr<BackgroundField> copy =
+      BackgroundField::OfValid(std::move(triangles.linked), tensors, stop);
   if (copy == nullptr) return nullptr;
-  for (const VertexId vertex : LiveVertices(mesh_)) {
+  for (std::int32_t v = 0; v < mesh_.vertex_slots(); ++v) {
+    const VertexId vertex(v);
+    if (!mesh_.vertex(vertex).live) continue;
     edit_.Hint(vertex) = triangles.rank_of[mesh_.vertex(vertex).triangle.index()];
   }
   return copy;
