@@ -158,7 +158,6 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
   WantedTensors moved;
   std::vector<VertexId> capped;
   std::vector<VertexId> gone;
-  std::int32_t hint = MetricField::kNoHint;
   for (const auto& [slot, old] : base.vertices()) {
     const VertexId vertex(slot);
     if (!mesh_.IsLive(vertex)) {
@@ -168,6 +167,8 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
     // Also one that is given no more, or has left the boundary.
     if (segments_ != nullptr && old.live) capped.push_back(vertex);
     if (old.live && old.position == mesh_.position(vertex)) continue;
+    // The loop has asked for the vertex there, most often of the same triangles.
+    std::int32_t hint = mesh_.hint(vertex);
     moved.vertices.push_back(vertex);
     moved.tensors.push_back(raw.At(mesh_.position(vertex), hint));
   }
