@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <limits>
 
 #include "core/geometry/predicates.h"
 
@@ -56,25 +57,62 @@ double SquaredLengthBetween(const Corner& a, const Corner& b) {
   return 0.5 * SquaredLength(a.metric + b.metric, b.position - a.position);
 }
 
-double MeritOf(const Corner& a, const Corner& b, const Corner& c) {
+/// What the merit of a triangle is made of: its Q is 2 sqrt(3 determinant) doubled_area / squares.
+struct Shape {
+  double determinant;   ///< Of the sum of the metrics, which stands for their mean:
+  double doubled_area;  ///< Q of eq. 5 does not change when the metric is scaled.
+  double squares;       ///< Of the sides, by that sum.
+  double longest;       ///< Squared lengths of edges.
+  double shortest;
+};
+
+Shape ShapeOf(const Corner& a, const Corner& b, const Corner& c) {
   const Vec2 ab = b.position - a.position;
   const Vec2 bc = c.position - b.position;
   const Vec2 ca = a.position - c.position;
   const Metric sum = a.metric + b.metric + c.metric;
-  // Q of eq. 5 does not change when the metric is scaled, so the sum stands for the mean.
-  const double q = 2 * std::sqrt(3 * Determinant(sum)) * Cross(ab, bc) /
-                   (SquaredLength(sum, ab) + SquaredLength(sum, bc) + SquaredLength(sum, ca));
   const double l_ab = SquaredLengthBetween(a, b);
   const double l_bc = SquaredLengthBetween(b, c);
   const double l_ca = SquaredLengthBetween(c, a);
-  const double longest = std::max({l_ab, l_bc, l_ca});
-  const double shortest = std::min({l_ab, l_bc, l_ca});
-  return std::min({q / kQualityWanted, kSquaredLongest / longest, shortest / kSquaredShortest});
+  return {.determinant = Determinant(sum),
+          .doubled_area = Cross(ab, bc),
+          .squares = SquaredLength(sum, ab) + SquaredLength(sum, bc) + SquaredLength(sum, ca),
+          .longest = std::max({l_ab, l_bc, l_ca}),
+          .shortest = std::min({l_ab, l_bc, l_ca})};
+}
+
+double MeritOf(const Shape& shape) {
+  const double q = 2 * std::sqrt(3 * shape.determinant) * shape.doubled_area / shape.squares;
+  return std::min(
+      {q / kQualityWanted, kSquaredLongest / shape.longest, shape.shortest / kSquaredShortest});
+}
+
+/// True if MeritOf is above `merit`, seen without roots and divisions, as for most triangles; false
+/// also where rounding could tell.
+bool IsSurelyAbove(const Shape& shape, double merit) {
+  constexpr double kSurely = 1 + 1e-9;
+  const double wanted = kSurely * merit;
+  const double low = wanted * kQualityWanted * shape.squares;
+  return shape.doubled_area > 0 && wanted * shape.longest < kSquaredLongest &&
+         shape.shortest > wanted * kSquaredShortest &&
+         12 * (shape.determinant * shape.doubled_area) * shape.doubled_area > low * low;
 }
 
 double ShortfallOf(const Corner& a, const Corner& b, const Corner& c) {
-  const double lack = std::max(0.0, kMeritGoal - MeritOf(a, b, c));
+  const Shape shape = ShapeOf(a, b, c);
+  if (IsSurelyAbove(shape, kMeritGoal)) return 0;
+  const double lack = std::max(0.0, kMeritGoal - MeritOf(shape));
   return (lack * lack) * (lack * lack);
+}
+
+/// The shortfall around the center of a star, if it stood elsewhere; where that is no less than
+/// `enough`, something that is not either.
+double ShortfallAround(const Mesh& mesh, const Star& star, const Corner& center, double enough) {
+  double sum = 0;
+  for (std::size_t k = 0; k < star.triangles().size() && sum < enough; ++k) {
+    sum += ShortfallOf(center, CornerAt(mesh, star.ring()[k]), CornerAt(mesh, star.ring_after(k)));
+  }
+  return sum;
 }
 
 bool IsGain(double before, double after) {
@@ -202,7 +240,9 @@ void Mender::AddCornersOf(TriangleId triangle, std::vector<VertexId>& nodes) con
 
 bool Mender::IsBad(TriangleId triangle) const {
   const auto& v = mesh_.triangle(triangle).vertices;
-  const double merit = MeritOf(CornerAt(mesh_, v[0]), CornerAt(mesh_, v[1]), CornerAt(mesh_, v[2]));
+  const Shape shape = ShapeOf(CornerAt(mesh_, v[0]), CornerAt(mesh_, v[1]), CornerAt(mesh_, v[2]));
+  if (IsSurelyAbove(shape, kWarmMerit)) return false;
+  const double merit = MeritOf(shape);
   return merit < 1 ||
          (merit < kWarmMerit && std::ranges::any_of(v, [&](VertexId c) { return IsWarm(c); }));
 }
@@ -222,12 +262,7 @@ bool Mender::HasBadTriangle() const {
 }
 
 double Mender::StarShortfall(Vec2 position, const Metric& metric) const {
-  double sum = 0;
-  for (std::size_t k = 0; k < star_.triangles().size(); ++k) {
-    sum += ShortfallOf({position, metric}, CornerAt(mesh_, star_.ring()[k]),
-                       CornerAt(mesh_, star_.ring_after(k)));
-  }
-  return sum;
+  return ShortfallAround(mesh_, star_, {position, metric}, std::numeric_limits<double>::infinity());
 }
 
 bool Mender::StaysPositive(Vec2 center) const {
@@ -257,8 +292,9 @@ bool Mender::Move(const MetricField& field) {
       const Vec2 from = best;
       for (const Vec2 direction : kCompass) {
         const Vec2 target = from + step * (direction.x * first + direction.y * second);
-        const double shortfall = StarShortfall(target, m);
-        if (!(shortfall < kSearchShare * least)) continue;
+        const double enough = kSearchShare * least;
+        const double shortfall = ShortfallAround(mesh_, star_, {target, m}, enough);
+        if (!(shortfall < enough)) continue;
         least = shortfall;
         best = target;
         better = true;
@@ -295,8 +331,10 @@ bool Mender::Slide(const MetricField& field) {
       const double from = best;
       for (const double t : {from - step * unit, from + step * unit}) {
         if (!(low < t && t < high)) continue;
-        const double shortfall = StarShortfall(mesh_.PointOnSegment(edge.segment, t), m);
-        if (!(shortfall < kSearchShare * least)) continue;
+        const double enough = kSearchShare * least;
+        const double shortfall =
+            ShortfallAround(mesh_, star_, {mesh_.PointOnSegment(edge.segment, t), m}, enough);
+        if (!(shortfall < enough)) continue;
         least = shortfall;
         best = t;
         better = true;
