@@ -10,10 +10,14 @@
 namespace pliant {
 namespace {
 
+/// What an update carries along comes first, in order of slots: it is not sorted again.
 template <class Entries>
 void SortBySlot(Entries& entries) {
-  std::sort(entries.begin(), entries.end(),
-            [](const auto& a, const auto& b) { return a.first < b.first; });
+  const auto by_slot = [](const auto& a, const auto& b) { return a.first < b.first; };
+  auto rest = std::is_sorted_until(entries.begin(), entries.end(), by_slot);
+  if (2 * (rest - entries.begin()) < std::ssize(entries)) rest = entries.begin();
+  std::sort(rest, entries.end(), by_slot);
+  std::inplace_merge(entries.begin(), rest, entries.end(), by_slot);
 }
 
 /// Replicas copy bits, so that -0.0 and 0.0 differ here.
