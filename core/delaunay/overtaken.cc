@@ -13,6 +13,9 @@
 namespace pliant {
 namespace {
 
+/// Many sides may be near the way of a vertex.
+constexpr std::int64_t kLooksBetweenPolls = 256;
+
 /// The way of an edge, or of a vertex.
 struct Sweep {
   std::array<VertexId, 2> ends;  ///< Twice the same for a vertex.
@@ -68,7 +71,8 @@ void SortAndDropRepeats(std::vector<Id>& ids) {
 }  // namespace
 
 std::vector<TriangleId> OvertakenCavity(const Mesh& mesh, std::vector<TriangleId> spoiled,
-                                        const SuddenMove& move, Overtaking rule) {
+                                        const SuddenMove& move, Overtaking rule,
+                                        const StopSignal* stop) {
   SortAndDropRepeats(spoiled);
   std::vector<Sweep> sweeps;
   sweeps.reserve(2 * spoiled.size());
@@ -92,10 +96,12 @@ std::vector<TriangleId> OvertakenCavity(const Mesh& mesh, std::vector<TriangleId
   PlaceMap seen;
   Star star;
   std::vector<TriangleId> cavity = std::move(spoiled);
+  std::int64_t looked_count = 0;
   while (!waiting.empty()) {
     const VertexId vertex = waiting.back();
     waiting.pop_back();
     if (!seen.Add(vertex, 0) || !move.is_free(vertex)) continue;
+    if (looked_count++ % kLooksBetweenPolls == 0 && stop != nullptr && stop->asked()) break;
     const Sweep way = SweepOf(mesh, move, {vertex, vertex});
     bool passes = false;
     tree.ForEachMeeting(way.box, [&](std::int32_t index) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "core/base/ids.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/mesh.h"
 
@@ -30,10 +31,12 @@ enum class Overtaking {
 ///
 /// A good guess, no promise: the rim may still cross itself, and a larger cavity be needed.
 /// @param spoiled  triangles that are inverted, or too flat to stay
+/// @param stop  not owned; null: nobody; else asked: what it returns then is too little
 /// @return each once, ascending. @par Cost O(k log k) for k triangles
 [[nodiscard]] std::vector<TriangleId> OvertakenCavity(const Mesh& mesh,
                                                       std::vector<TriangleId> spoiled,
-                                                      const SuddenMove& move, Overtaking rule);
+                                                      const SuddenMove& move, Overtaking rule,
+                                                      const StopSignal* stop = nullptr);
 
 /// The triangles of a cavity and all that share a corner with them; each once, ascending.
 [[nodiscard]] std::vector<TriangleId> WithRing(const Mesh& mesh, std::vector<TriangleId> cavity);

@@ -6,6 +6,7 @@
 
 #include "core/base/ids.h"
 #include "core/mesh/mesh.h"
+#include "core/mesh/record_log.h"
 
 namespace pliant {
 
@@ -13,9 +14,9 @@ namespace pliant {
 /// rollback restores. MeshEdit writes it, once per element and revision.
 struct ChangeLog {
   /// Slots in order of first touch with their records before it (live = false for new slots).
-  std::vector<std::pair<VertexId, VertexRecord>> vertices;
-  std::vector<std::pair<TriangleId, TriangleRecord>> triangles;
-  std::vector<std::pair<EdgeId, EdgeRecord>> edges;
+  RecordLog<VertexId, VertexRecord> vertices;
+  RecordLog<TriangleId, TriangleRecord> triangles;
+  RecordLog<EdgeId, EdgeRecord> edges;
   /// Segments that were cut, by index.
   std::vector<std::pair<std::int32_t, SegmentRecord>> segments;
 

@@ -1,8 +1,7 @@
 #include "core/mesh/committed_snapshot.h"
 
-#include <algorithm>
 #include <cstddef>
-#include <utility>
+#include <cstdint>
 #include <vector>
 
 namespace pliant {
@@ -12,17 +11,13 @@ namespace {
 /// @param log    what stood there, for those that were touched since. @param now  id -> record
 /// @param slots  in the array at the commit
 template <class Id, class Record, class Now, class Visit>
-void ForEachCommitted(const std::vector<std::pair<Id, Record>>& log, std::int32_t slots,
-                      const Now& now, const Visit& visit) {
-  std::vector<const std::pair<Id, Record>*> sorted;
-  sorted.reserve(log.size());
-  for (const auto& entry : log) sorted.push_back(&entry);
-  std::sort(sorted.begin(), sorted.end(),
-            [](const auto* a, const auto* b) { return a->first < b->first; });
+void ForEachCommitted(const RecordLog<Id, Record>& log, std::int32_t slots, const Now& now,
+                      const Visit& visit) {
+  const std::vector<std::uint32_t> order = log.Order();
   std::size_t next = 0;
   for (std::int32_t i = 0; i < slots; ++i) {
-    const bool touched = next < sorted.size() && sorted[next]->first == Id(i);
-    const Record& record = touched ? sorted[next++]->second : now(Id(i));
+    const bool touched = next < order.size() && log[order[next]].first == Id(i);
+    const Record& record = touched ? log[order[next++]].second : now(Id(i));
     if (record.live) visit(Id(i), record);
   }
 }
@@ -35,6 +30,14 @@ MeshDiff CommittedSnapshot(const MeshEdit& edit, Revision revision) {
   MeshDiff diff;
   diff.revision = revision;
   diff.summary = edit.summary();
+  const auto reserve = [](std::int32_t count, auto&... columns) {
+    (columns.reserve(static_cast<std::size_t>(count)), ...);
+  };
+  reserve(diff.summary.vertex_count, diff.vertex_ids, diff.vertex_positions, diff.metric_vertex_ids,
+          diff.metrics);
+  reserve(diff.summary.triangle_count, diff.triangle_ids, diff.triangle_vertices,
+          diff.triangle_regions);
+  reserve(diff.summary.edge_count, diff.edge_ids, diff.edge_vertices, diff.edge_tags);
   ForEachCommitted(
       log.vertices, log.vertex_slots,
       [&](VertexId id) -> const VertexRecord& { return mesh.vertex(id); },

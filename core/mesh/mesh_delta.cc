@@ -11,7 +11,8 @@ namespace {
 
 template <class IdType, class Record>
 std::size_t BytesOf(const RecordsAt<IdType, Record>& at) {
-  return at.ids.capacity() * sizeof(IdType) + at.records.capacity() * sizeof(Record);
+  // Room to spare is memory that nobody has written to: see RecordLog::Take.
+  return at.ids.size() * sizeof(IdType) + at.records.size() * sizeof(Record);
 }
 
 /// Where both have a record, the second one's stands.
@@ -293,7 +294,7 @@ void TakeChanges(ByteReader& reader, RecordsAt<IdType, Record>& at) {
     if (id < 0 || (!at.ids.empty() && id <= at.ids.back().value())) reader.Fail();
     at.ids.emplace_back(id);
   }
-  at.records = TakeAll<std::vector<Record>>(reader);
+  at.records = TakeAll<MeshVector<Record>>(reader);
   if (at.slots < 0 || at.records.size() != at.ids.size()) reader.Fail();
   for (std::size_t i = 0; i < at.records.size() && reader.ok(); ++i) {
     if (at.records[i].live && at.ids[i].value() >= at.slots) reader.Fail();

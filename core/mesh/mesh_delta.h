@@ -15,9 +15,9 @@ namespace pliant {
 /// Records of one kind of element that stand in some slots.
 template <class IdType, class Record>
 struct RecordsAt {
-  std::int32_t slots = 0;       ///< Slots in the array at the end.
-  std::vector<IdType> ids;      ///< Ascending. Those from `slots` on are dead.
-  std::vector<Record> records;  ///< One per id.
+  std::int32_t slots = 0;      ///< Slots in the array at the end.
+  std::vector<IdType> ids;     ///< Ascending. Those from `slots` on are dead.
+  MeshVector<Record> records;  ///< One per id.
 };
 
 /// The same for segments, which are small: without marks of who is dead.

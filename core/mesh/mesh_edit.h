@@ -255,7 +255,7 @@ class MeshEdit {
   VertexRecord& TouchVertex(VertexId id) {
     VertexRecord& record = mesh_.vertices_[id.index()];
     if (logging() && !record.touched) {
-      log_.vertices.emplace_back(id, record);
+      log_.vertices.Add(id, record, mesh_.vertices_.size());
       record.touched = true;
     }
     return record;
@@ -263,7 +263,7 @@ class MeshEdit {
   TriangleRecord& TouchTriangle(TriangleId id) {
     TriangleRecord& record = mesh_.triangles_[id.index()];
     if (logging() && !record.touched) {
-      log_.triangles.emplace_back(id, record);
+      log_.triangles.Add(id, record, mesh_.triangles_.size());
       record.touched = true;
     }
     return record;
@@ -271,7 +271,7 @@ class MeshEdit {
   EdgeRecord& TouchEdge(EdgeId id) {
     EdgeRecord& record = mesh_.edges_[id.index()];
     if (logging() && !record.touched) {
-      log_.edges.emplace_back(id, record);
+      log_.edges.Add(id, record, mesh_.edges_.size());
       record.touched = true;
     }
     return record;

@@ -10,14 +10,10 @@
 namespace pliant {
 namespace {
 
-/// What an update carries along comes first, in order of slots: it is not sorted again.
-template <class Entries>
-void SortBySlot(Entries& entries) {
-  const auto by_slot = [](const auto& a, const auto& b) { return a.first < b.first; };
-  auto rest = std::is_sorted_until(entries.begin(), entries.end(), by_slot);
-  if (2 * (rest - entries.begin()) < std::ssize(entries)) rest = entries.begin();
-  std::sort(rest, entries.end(), by_slot);
-  std::inplace_merge(entries.begin(), rest, entries.end(), by_slot);
+/// Room for all that may come: of memory that nobody writes to, a large block costs nothing.
+template <class... Columns>
+void Reserve(std::size_t count, Columns&... columns) {
+  (columns.reserve(count), ...);
 }
 
 /// Replicas copy bits, so that -0.0 and 0.0 differ here.
@@ -80,9 +76,9 @@ MeshDiff MeshEdit::FirstCommit(Revision revision, Executor& executor) {
 }
 
 void MeshEdit::StartLog(Revision revision) {
-  log_.vertices.clear();
-  log_.triangles.clear();
-  log_.edges.clear();
+  log_.vertices.Clear();
+  log_.triangles.Clear();
+  log_.edges.Clear();
   log_.segments.clear();
   log_.vertex_slots = mesh_.vertex_slots();
   log_.triangle_slots = mesh_.triangle_slots();
@@ -93,7 +89,9 @@ void MeshEdit::StartLog(Revision revision) {
 }
 
 void MeshEdit::FoldVertices(MeshDiff& diff) {
-  SortBySlot(log_.vertices);
+  log_.vertices.Sort();
+  Reserve(log_.vertices.size(), diff.vertex_ids, diff.vertex_positions, diff.metric_vertex_ids,
+          diff.metrics);
   for (const auto& [id, old] : log_.vertices) {
     VertexRecord& now = mesh_.vertices_[id.index()];
     now.touched = false;
@@ -115,7 +113,8 @@ void MeshEdit::FoldVertices(MeshDiff& diff) {
 }
 
 void MeshEdit::FoldTriangles(MeshDiff& diff) {
-  SortBySlot(log_.triangles);
+  log_.triangles.Sort();
+  Reserve(log_.triangles.size(), diff.triangle_ids, diff.triangle_vertices, diff.triangle_regions);
   for (const auto& [id, old] : log_.triangles) {
     TriangleRecord& now = mesh_.triangles_[id.index()];
     now.touched = false;
@@ -137,7 +136,7 @@ void MeshEdit::FoldTriangles(MeshDiff& diff) {
 }
 
 void MeshEdit::FoldEdges(MeshDiff& diff) {
-  SortBySlot(log_.edges);
+  log_.edges.Sort();
   for (const auto& [id, old] : log_.edges) {
     EdgeRecord& now = mesh_.edges_[id.index()];
     now.touched = false;
@@ -159,14 +158,12 @@ void MeshEdit::FoldEdges(MeshDiff& diff) {
 void MeshEdit::Rollback() {
   PLIANT_CHECK(logging());
   const auto restore = [](auto& log, auto& records, SlotAllocator& allocator, std::int32_t slots) {
-    for (const auto& [id, old] : log) {
-      auto& now = records[id.index()];
-      if (now.live && !old.live) allocator.Free(id.value());
-      now = old;
-    }
+    log.WriteTo(records, [&](const auto& entry, const auto& now) {
+      if (now.live && !entry.second.live) allocator.Free(entry.first.value());
+    });
     allocator.Rollback(slots);
     records.resize(static_cast<std::size_t>(slots));
-    log.clear();
+    log.Clear();
   };
   restore(log_.vertices, mesh_.vertices_, mesh_.vertex_allocator_, log_.vertex_slots);
   mesh_.hints_.resize(mesh_.vertices_.size());

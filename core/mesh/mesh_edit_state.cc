@@ -11,19 +11,11 @@
 namespace pliant {
 namespace {
 
-/// The records of a log, which is sorted by slot.
+/// The records of a log, which is sorted by slot and empty then.
 template <class IdType, class Record>
-RecordsAt<IdType, Record> RecordsOf(const std::vector<std::pair<IdType, Record>>& log,
-                                    std::int32_t slots) {
-  RecordsAt<IdType, Record> at;
-  at.slots = slots;
-  at.ids.reserve(log.size());
-  at.records.reserve(log.size());
-  for (const auto& [id, record] : log) {
-    at.ids.push_back(id);
-    at.records.push_back(record);
-  }
-  return at;
+RecordsAt<IdType, Record> RecordsOf(RecordLog<IdType, Record>& log, std::int32_t slots) {
+  auto [ids, records] = log.Take();
+  return {.slots = slots, .ids = std::move(ids), .records = std::move(records)};
 }
 
 template <class IdType, class Record>

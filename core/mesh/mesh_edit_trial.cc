@@ -47,7 +47,7 @@ void MeshEdit::Keep(Trial trial) {
       auto& record = records[id.index()];
       const bool known = record.touched;
       record.touched = logging();
-      if (logging() && !known) outer.emplace_back(id, old);
+      if (logging() && !known) outer.Add(id, old, records.size());
     }
   };
   for (const auto& [id, old] : inner.vertices) mesh_.vertices_[id.index()].touched = false;
@@ -68,7 +68,7 @@ void MeshEdit::Keep(Trial trial) {
 void MeshEdit::Undo(Trial trial) {
   PLIANT_CHECK(in_trial_);
   const auto restore = [](const auto& log, auto& records, std::int32_t slots) {
-    for (const auto& [id, old] : log) records[id.index()] = old;
+    log.WriteTo(records, [](const auto& /*entry*/, const auto& /*now*/) {});
     records.resize(static_cast<std::size_t>(slots));
   };
   restore(log_.vertices, mesh_.vertices_, log_.vertex_slots);

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/large_pages.h"
 #include "core/base/stop_signal.h"
 
 namespace pliant {
@@ -104,7 +105,7 @@ class FixedPoint {
 
   void Replace(Problem& problem, std::int32_t p, const Value& value);
 
-  std::vector<Ahead> ahead_;            ///< Vertices that waited since the last Settle.
+  LargeVector<Ahead> ahead_;            ///< Vertices that waited since the last Settle.
   std::vector<std::int32_t> ahead_of_;  ///< Per vertex its place in ahead_, or -1.
   std::priority_queue<Waiting, std::vector<Waiting>, std::greater<>> heap_;
   std::vector<std::int32_t> ring_;  ///< Scratch.

@@ -14,6 +14,22 @@ constexpr double kInfinity = std::numeric_limits<double>::infinity();
 
 std::size_t Index(std::int32_t vertex) { return static_cast<std::size_t>(vertex); }
 
+/// Puts different vertices in order: a good part of all of them by marks, which for a million takes
+/// a third of the time.
+void Sort(std::vector<std::int32_t>& vertices, std::size_t slot_count) {
+  constexpr std::size_t kMarksShare = 32;
+  if (kMarksShare * vertices.size() < slot_count) {
+    std::sort(vertices.begin(), vertices.end());
+    return;
+  }
+  std::vector<bool> marks(slot_count);
+  for (const std::int32_t v : vertices) marks[Index(v)] = true;
+  vertices.clear();
+  for (std::size_t v = 0; v < slot_count; ++v) {
+    if (marks[v]) vertices.push_back(static_cast<std::int32_t>(v));
+  }
+}
+
 }  // namespace
 
 MetricLimiter::MetricLimiter(const GradationOptions& options)
@@ -163,7 +179,7 @@ LimitChanges MetricLimiter::Finish(VertexRings& rings, const StopSignal* stop) {
     if (stopped()) return {.vertices = {}, .stopped = true};
     if (row(v).live && !row(v).near) Measure(rings, v);
   }
-  std::sort(changed_.begin(), changed_.end());
+  Sort(changed_, rows_.size());
   for (const std::int32_t v : changed_) {
     if (stopped()) return {.vertices = {}, .stopped = true};
     Row& row = rows_[Index(v)];

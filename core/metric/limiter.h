@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/large_pages.h"
 #include "core/base/stop_signal.h"
 #include "core/geometry/vec2.h"
 #include "core/metric/fixed_point.h"
@@ -184,7 +185,7 @@ class MetricLimiter {
 
   GradationRates rates_;
   bool grows_;
-  std::vector<Row> rows_;
+  LargeVector<Row> rows_;
   LimitTotals totals_;
   std::vector<std::int32_t> touched_;
   std::vector<std::int32_t> changed_;  ///< Rows written since the last Update.

@@ -88,11 +88,12 @@ Advance::Advance(MeshEdit& edit, const MotionPlan& plan, Observer observer)
       observer_(std::move(observer)),
       stopped_(plan.stop()),
       flipper_(edit) {
+  moving_.reserve(plan.movers().size() + plan.riders().size());
   for (const Mover& mover : plan.movers()) moving_.push_back(mover.vertex);
   for (const Rider& rider : plan.riders()) moving_.push_back(rider.vertex);
   place_of_ = PlaceMap(mesh_.vertex_slots());
   place_of_.Reserve(moving_.size());
-  for (std::size_t i = 0; i < moving_.size(); ++i) {
+  for (std::size_t i = 0; i < moving_.size() && !stopped_(); ++i) {
     place_of_.Add(moving_[i], static_cast<std::int32_t>(i));
   }
   before_.resize(moving_.size());
@@ -209,7 +210,9 @@ std::int32_t Advance::GroupOf(VertexId vertex) const {
 void Advance::FindFront() {
   std::vector<std::int32_t> groups;
   groups.reserve(moving_.size());
-  for (const VertexId vertex : moving_) groups.push_back(GroupOf(vertex));
+  for (std::size_t i = 0; i < moving_.size() && !stopped_(); ++i) {
+    groups.push_back(GroupOf(moving_[i]));
+  }
   const auto group_of = [&](VertexId vertex) {
     const std::int32_t place = place_of_.At(vertex);
     return place == PlaceMap::kNone ? kStill : groups[static_cast<std::size_t>(place)];
@@ -420,6 +423,7 @@ void Advance::SwapPoor() {
 }
 
 bool Advance::Leap(double s) {
+  if (spoiled_.size() > kCavityTrianglesMax) return false;  // The cavity has them all, and more.
   PlaceRest(s);
   CheckRest();
   if (stopped_()) return false;
@@ -428,7 +432,8 @@ bool Advance::Leap(double s) {
   const SuddenMove move{.before = [&](VertexId vertex) { return PositionBefore(vertex); },
                         .is_free = [&](VertexId vertex) { return IsFree(vertex); }};
   for (const Overtaking rule : {Overtaking::kStillGo, Overtaking::kAllGo}) {
-    const std::vector<TriangleId> cavity = OvertakenCavity(mesh_, spoiled, move, rule);
+    const std::vector<TriangleId> cavity =
+        OvertakenCavity(mesh_, spoiled, move, rule, plan_.stop());
     if (cavity.size() <= kCavityTrianglesMax && Fill(cavity, s)) return true;
   }
   return false;

@@ -6,12 +6,12 @@
 #include <cstddef>
 #include <cstdint>
 #include <limits>
-#include <unordered_map>
 #include <vector>
 
 #include "core/base/stop_signal.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/vec2.h"
+#include "core/mesh/place_map.h"
 
 namespace pliant {
 namespace {
@@ -111,10 +111,10 @@ double FirstTouch(const Line& a, const Line& b, const Line& p) {
 class ContactFinder {
  public:
   ContactFinder(const Mesh& mesh, const MotionPlan& plan)
-      : mesh_(mesh), plan_(plan), stopped_(plan.stop()) {
-    mover_of_.reserve(plan.movers().size());
+      : mesh_(mesh), plan_(plan), stopped_(plan.stop()), mover_of_(mesh.vertex_slots()) {
+    mover_of_.Reserve(plan.movers().size());
     for (std::size_t i = 0; i < plan.movers().size() && !stopped_(); ++i) {
-      mover_of_.emplace(plan.movers()[i].vertex.value(), i);
+      mover_of_.Add(plan.movers()[i].vertex, static_cast<std::int32_t>(i));
     }
   }
 
@@ -137,9 +137,9 @@ class ContactFinder {
   }
 
   [[nodiscard]] Line LineOf(VertexId vertex) const {
-    const auto mover = mover_of_.find(vertex.value());
-    if (mover == mover_of_.end()) return {mesh_.position(vertex), {}};
-    const Mover& m = plan_.movers()[mover->second];
+    const std::int32_t mover = mover_of_.At(vertex);
+    if (mover == PlaceMap::kNone) return {mesh_.position(vertex), {}};
+    const Mover& m = plan_.movers()[static_cast<std::size_t>(mover)];
     const Vec2 from = plan_.At(m, begin_);
     return {from, plan_.At(m, end_) - from};
   }
@@ -227,7 +227,7 @@ class ContactFinder {
   const Mesh& mesh_;
   const MotionPlan& plan_;
   StopPoll stopped_;
-  std::unordered_map<std::int32_t, std::size_t> mover_of_;
+  PlaceMap mover_of_;
   double begin_ = 0;
   double end_ = 1;
   double first_ = 0;

@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/mesh/id_bits.h"
 #include "core/mesh/place_map.h"
 #include "core/mesh/segment_edges.h"
 #include "core/mesh/star.h"
@@ -134,8 +135,9 @@ Status MotionPlan::AddNamed(const Mesh& mesh) {
                      std::to_string(vertices.size()) + " vertices; send one for each",
                  "motion.positions"};
   }
-  std::unordered_set<std::int32_t> seen;
-  seen.reserve(vertices.size());
+  PlaceMap seen(mesh.vertex_slots());
+  seen.Reserve(vertices.size());
+  movers_.reserve(vertices.size());
   StopPoll stopped(stop_);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (stopped()) return Stopped();
@@ -145,7 +147,7 @@ Status MotionPlan::AddNamed(const Mesh& mesh) {
           ErrorCode::kIndexOutOfRange, "motion.vertices", i,
           "is " + std::to_string(id.value()) + ", which is no vertex of this revision");
     }
-    if (!seen.insert(id.value()).second) {
+    if (!seen.Add(id, 0)) {
       return MotionError(ErrorCode::kDuplicateId, "motion.vertices", i,
                          "names vertex " + std::to_string(id.value()) + " a second time");
     }
@@ -195,12 +197,13 @@ Status MotionPlan::AddTagged(const Mesh& mesh) {
       }
     }
   }
-  std::unordered_set<std::int32_t> known;
-  for (const Mover& mover : movers_) known.insert(mover.vertex.value());
+  IdBits<VertexId> known(mesh.vertex_slots());
+  for (const Mover& mover : movers_) known.Add(mover.vertex);
   // By vertex, then by the place of the motion in the list: the first one wins.
   std::sort(points.begin(), points.end());
   for (const auto& [vertex, shape] : points) {
-    if (!known.insert(vertex.value()).second) continue;
+    if (known.Has(vertex)) continue;
+    known.Add(vertex);
     const Vec2 p = mesh.position(vertex);
     movers_.push_back({vertex, p, p, shape});
   }
@@ -221,9 +224,10 @@ void MotionPlan::SetPieceCount() {
 
 void MotionPlan::ChooseCuts(const Mesh& mesh) {
   StopPoll stopped(stop_);
-  mover_of_.reserve(movers_.size());
+  mover_of_ = PlaceMap(mesh.vertex_slots());
+  mover_of_.Reserve(movers_.size());
   for (std::size_t i = 0; i < movers_.size() && !stopped(); ++i) {
-    mover_of_.emplace(movers_[i].vertex.value(), i);
+    mover_of_.Add(movers_[i].vertex, static_cast<std::int32_t>(i));
   }
   std::unordered_map<std::int32_t, bool> straight;
   // In the order of the request, not of the map.
@@ -235,7 +239,7 @@ void MotionPlan::ChooseCuts(const Mesh& mesh) {
     if (is_new) known->second = StaysStraight(mesh, named->second.segment);
     if (known->second) continue;
     cuts_.push_back(vertex);
-    mover_of_.emplace(vertex.value(), movers_.size());
+    mover_of_.Add(vertex, static_cast<std::int32_t>(movers_.size()));
     movers_.push_back({vertex, mesh.position(vertex), named->second.to});
     named_.erase(named);
   }
@@ -261,8 +265,9 @@ bool MotionPlan::StaysStraight(const Mesh& mesh, std::int32_t segment) const {
 }
 
 Vec2 MotionPlan::EndOf(const Mesh& mesh, VertexId vertex) const {
-  const auto mover = mover_of_.find(vertex.value());
-  return mover == mover_of_.end() ? mesh.position(vertex) : At(movers_[mover->second], 1);
+  const std::int32_t mover = mover_of_.At(vertex);
+  return mover == PlaceMap::kNone ? mesh.position(vertex)
+                                  : At(movers_[static_cast<std::size_t>(mover)], 1);
 }
 
 void MotionPlan::FindRiders(const Mesh& mesh) {
@@ -321,10 +326,10 @@ void MotionPlan::AddFollowers(const Mesh& mesh) {
   }
   for (const Rider& rider : riders_) {
     const SegmentRecord& segment = mesh.segments()[static_cast<std::size_t>(rider.segment)];
-    const auto a = mover_of_.find(segment.a.value());
+    const std::int32_t a = mover_of_.At(segment.a);
     // A segment of which one end stays leads nobody: it stretches.
-    if (a != mover_of_.end() && mover_of_.contains(segment.b.value())) {
-      reach(0, rider.vertex, a->second);
+    if (a != PlaceMap::kNone && mover_of_.At(segment.b) != PlaceMap::kNone) {
+      reach(0, rider.vertex, static_cast<std::size_t>(a));
     }
   }
   Star star;

@@ -12,6 +12,7 @@
 #include "core/base/stop_signal.h"
 #include "core/geometry/vec2.h"
 #include "core/mesh/mesh.h"
+#include "core/mesh/place_map.h"
 #include "core/metric/metric.h"
 #include "core/motion/motion.h"
 
@@ -126,8 +127,8 @@ class MotionPlan {
   const StopSignal* stop_;
   std::vector<Mover> movers_;
   std::vector<Rider> riders_;
-  std::unordered_map<std::int32_t, std::size_t> mover_of_;  ///< By vertex slot.
-  std::unordered_map<std::int32_t, Named> named_;           ///< By vertex slot.
+  PlaceMap mover_of_;                              ///< In movers_.
+  std::unordered_map<std::int32_t, Named> named_;  ///< By vertex slot.
   std::vector<VertexId> cuts_;
   std::vector<std::int32_t> segments_;
   std::int32_t piece_count_ = 1;

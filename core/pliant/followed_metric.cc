@@ -8,7 +8,7 @@
 #include <variant>
 
 #include "core/mesh/linked_triangles.h"
-#include "core/mesh/slot_rows.h"
+#include "core/mesh/place_map.h"
 #include "core/metric/tensor_smoothing.h"
 #include "core/pliant/nodal_field.h"
 
@@ -56,15 +56,18 @@ Status CheckGradation(const GradationOptions& gradation) {
 }
 
 /// Refuses a vertex that is named twice.
-Status CheckDuplicates(std::span<const VertexId> vertices) {
+Status CheckDuplicates(const Mesh& mesh, std::span<const VertexId> vertices,
+                       const StopSignal* stop) {
   if (std::ranges::adjacent_find(vertices, std::greater_equal()) == vertices.end()) return {};
-  SlotRows<char> seen;
+  PlaceMap seen(mesh.vertex_slots());
+  seen.Reserve(vertices.size());
+  StopPoll stopped(stop);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
-    if (seen.Find(vertices[i].value()) != nullptr) {
+    if (stopped()) return Stopped();
+    if (!seen.Add(vertices[i], 0)) {
       return TensorError(ErrorCode::kDuplicateId, "metric.vertex_ids", i,
                          "names vertex " + std::to_string(vertices[i].value()) + " a second time");
     }
-    seen.Insert(vertices[i].value(), 0);
   }
   return {};
 }
@@ -106,7 +109,7 @@ Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
                          "is not positive definite; m11, m22 and m11 m22 - m12^2 must be > 0");
     }
   }
-  return CheckDuplicates(vertices);
+  return CheckDuplicates(mesh_, vertices, stop);
 }
 
 std::optional<FollowedMetric::Way> FollowedMetric::WayBack() const {
@@ -213,7 +216,8 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
   }
   if (has_raw) return same ? LayLimits(stop) : LimitTensors(vertices, bounded, stop);
   if (same && !state_.limits.any()) return WantedTensors{};
-  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, FollowTensors(vertices, bounded, stop));
+  WantedTensors given{{vertices.begin(), vertices.end()}, std::move(bounded)};
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, FollowTensors(std::move(given), stop));
   if (!state_.limits.any()) return wanted;
   state_.limit_rounds_left = kLimitRounds;
   return Limit();
@@ -221,12 +225,12 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
 
 Result<WantedTensors> FollowedMetric::Carry(std::span<const VertexId> vertices,
                                             std::span<const Metric> tensors) {
-  const std::vector<Metric> given(tensors.begin(), tensors.end());
+  WantedTensors given{{vertices.begin(), vertices.end()}, {tensors.begin(), tensors.end()}};
   if (limits_.on() && committed()) {
     limits_.Follow(*base_, *RawField());
-    return LimitTensors(vertices, given, nullptr);
+    return LimitTensors(vertices, given.tensors, nullptr);
   }
-  PLIANT_CHECK(FollowTensors(vertices, given, nullptr).ok());
+  PLIANT_CHECK(FollowTensors(std::move(given), nullptr).ok());
   if (!state_.limits.any()) return WantedTensors{};
   state_.limit_rounds_left = kLimitRounds;
   return Limit();
@@ -249,11 +253,9 @@ Result<WantedTensors> FollowedMetric::LimitTensors(std::span<const VertexId> ver
 }
 
 /// Tensors at some vertices, and at the others what they have.
-Result<WantedTensors> FollowedMetric::FollowTensors(std::span<const VertexId> vertices,
-                                                    const std::vector<Metric>& tensors,
-                                                    const StopSignal* stop) {
-  WantedTensors wanted{{vertices.begin(), vertices.end()}, tensors};
+Result<WantedTensors> FollowedMetric::FollowTensors(WantedTensors wanted, const StopSignal* stop) {
   if (committed()) {
+    if (stop != nullptr && stop->asked()) return Stopped();
     std::unique_ptr<BackgroundField> copy;
     if (WantsCopy(wanted)) {
       copy = CopyWith(wanted, stop);
@@ -276,8 +278,8 @@ Result<WantedTensors> FollowedMetric::FollowTensors(std::span<const VertexId> ve
   const auto row = [&](VertexId vertex) {
     return std::ranges::lower_bound(sent.vertices, vertex) - sent.vertices.begin();
   };
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    sent.tensors[static_cast<std::size_t>(row(vertices[i]))] = tensors[i];
+  for (std::size_t i = 0; i < wanted.vertices.size(); ++i) {
+    sent.tensors[static_cast<std::size_t>(row(wanted.vertices[i]))] = wanted.tensors[i];
   }
   state_.source = CopyOf(sent.tensors, nullptr);
   field_ = state_.source;
@@ -315,10 +317,12 @@ std::unique_ptr<BackgroundField> FollowedMetric::CopyWith(const WantedTensors& o
   std::vector<Metric> tensors;
   tensors.reserve(static_cast<std::size_t>(mesh_.vertex_count()));
   StopPoll stopped(stop);
-  for (const VertexId vertex : LiveVertices(mesh_)) {
+  for (std::int32_t v = 0; v < mesh_.vertex_slots(); ++v) {
     if (stopped()) return nullptr;
-    row_of[vertex.index()] = tensors.size();
-    tensors.push_back(mesh_.metric(vertex));
+    const VertexRecord& record = mesh_.vertex(VertexId(v));
+    if (!record.live) continue;
+    row_of[static_cast<std::size_t>(v)] = tensors.size();
+    tensors.push_back(record.metric);
   }
   for (std::size_t i = 0; i < others.vertices.size(); ++i) {
     if (stopped()) return nullptr;
@@ -337,10 +341,11 @@ std::unique_ptr<BackgroundField> FollowedMetric::CopyOf(std::span<const Metric> 
   std::unique_ptr<BackgroundField> copy =
       BackgroundField::OfValid(std::move(triangles.linked), tensors, stop);
   if (copy == nullptr) return nullptr;
+  StopPoll stopped(stop);
   for (std::int32_t v = 0; v < mesh_.vertex_slots(); ++v) {
-    const VertexId vertex(v);
-    if (!mesh_.vertex(vertex).live) continue;
-    edit_.Hint(vertex) = triangles.rank_of[mesh_.vertex(vertex).triangle.index()];
+    if (stopped()) return nullptr;
+    const VertexRecord& record = mesh_.vertex(VertexId(v));
+    if (record.live) edit_.Hint(VertexId(v)) = triangles.rank_of[record.triangle.index()];
   }
   return copy;
 }

@@ -172,9 +172,7 @@ class FollowedMetric {
     return state_.source != nullptr && !(limits_.on() && limits_.limits_anything());
   }
   void Take(std::shared_ptr<MetricField> field, const MetricSpec* spec);
-  [[nodiscard]] Result<WantedTensors> FollowTensors(std::span<const VertexId> vertices,
-                                                    const std::vector<Metric>& tensors,
-                                                    const StopSignal* stop);
+  [[nodiscard]] Result<WantedTensors> FollowTensors(WantedTensors wanted, const StopSignal* stop);
   [[nodiscard]] Result<WantedTensors> LimitTensors(std::span<const VertexId> vertices,
                                                    const std::vector<Metric>& tensors,
                                                    const StopSignal* stop);

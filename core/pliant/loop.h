@@ -135,7 +135,8 @@ class PliantLoop {
   /// Goes on with the end of an update, when its nodes are at rest: what they have left bad is
   /// mended, the neighbours of what was mended settle, and what that leaves bad is mended. Each
   /// call begins one of the three; Run carries it out. @return false if nothing is left to do
-  /// @param executor  looks at parts of the mesh; changes nothing in the result
+  /// @param executor  looks at parts of the mesh; changes nothing in the result. If it was stopped
+  ///                  this has begun nothing, and another call does
   /// @pre no node is active
   bool Mend(Executor& executor);
 

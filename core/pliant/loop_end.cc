@@ -13,9 +13,10 @@ bool PliantLoop::Mend(Executor& executor) {
   switch (state_.mending) {
     case Mending::kNotBegun:
       // Before the first commit everywhere, also where the metric never moved anything.
-      mender_.Start(state_.epoch, edit_.committed() == Revision::kNone ? 0 : first_epoch_,
-                    executor);
-      state_.mending = Mending::kFirst;
+      if (mender_.Start(state_.epoch, edit_.committed() == Revision::kNone ? 0 : first_epoch_,
+                        executor)) {
+        state_.mending = Mending::kFirst;
+      }
       return true;
     case Mending::kFirst:
       // As a later update would find them: those that the update has worn out get visits again.
@@ -30,8 +31,9 @@ bool PliantLoop::Mend(Executor& executor) {
       return true;
     case Mending::kSettling:
       // Settling has an epoch of its own, and nobody else has moved since the first mending.
-      mender_.Start(state_.epoch - 1, state_.epoch, executor);
-      state_.mending = Mending::kLast;
+      if (mender_.Start(state_.epoch - 1, state_.epoch, executor)) {
+        state_.mending = Mending::kLast;
+      }
       return true;
     case Mending::kLast:
       mender_.TakeMoved();

@@ -126,25 +126,28 @@ void SortAndDropRepeats(std::vector<VertexId>& nodes) {
 
 }  // namespace
 
-void Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since, Executor& executor) {
-  state_.warm_since = warm_since;
-  if (!permissions_.move) return;
+bool Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since, Executor& executor) {
+  const std::uint32_t warm_before = std::exchange(state_.warm_since, warm_since);
+  if (!permissions_.move) return true;
+  const Parts parts = edit_.committed() == Revision::kNone
+                          ? FindBad(reached_since, executor)
+                          : FindBadAmongChanged(reached_since, executor);
+  if (executor.stopped()) {
+    state_.warm_since = warm_before;
+    return false;
+  }
   std::vector<VertexId> nodes(state_.waiting.begin() + static_cast<std::ptrdiff_t>(state_.next),
                               state_.waiting.end());
-  if (edit_.committed() == Revision::kNone) {
-    FindBad(reached_since, nodes, executor);
-  } else {
-    FindBadAmongChanged(reached_since, nodes);
-  }
+  for (const auto& part : parts) nodes.insert(nodes.end(), part.begin(), part.end());
   SortAndDropRepeats(nodes);
   state_.waiting = std::move(nodes);
   state_.next = 0;
+  return true;
 }
 
-void Mender::FindBad(std::uint32_t reached_since, std::vector<VertexId>& nodes,
-                     Executor& executor) const {
+Mender::Parts Mender::FindBad(std::uint32_t reached_since, Executor& executor) const {
   const Chunks chunks(mesh_.triangle_slots());
-  std::vector<std::vector<VertexId>> parts(static_cast<std::size_t>(chunks.count()));
+  Parts parts(static_cast<std::size_t>(chunks.count()));
   executor.Run(chunks.count(), [&](std::int32_t chunk) {
     std::vector<VertexId>& part = parts[static_cast<std::size_t>(chunk)];
     for (std::int64_t t = chunks.begin(chunk); t < chunks.end(chunk); ++t) {
@@ -155,16 +158,16 @@ void Mender::FindBad(std::uint32_t reached_since, std::vector<VertexId>& nodes,
       if (is_reached) AddCornersOf(id, part);
     }
   });
-  for (const auto& part : parts) nodes.insert(nodes.end(), part.begin(), part.end());
+  return parts;
 }
 
-void Mender::FindBadAmongChanged(std::uint32_t reached_since, std::vector<VertexId>& nodes) {
+Mender::Parts Mender::FindBadAmongChanged(std::uint32_t reached_since, Executor& executor) const {
   const auto is_reached = [&](VertexId id) {
     return mesh_.vertex(id).touched && IsReached(id, reached_since);
   };
-  const auto add_bad = [&] {
-    const VertexId id = star_.center();
-    for (const TriangleId t : star_.triangles()) {
+  const auto add_bad = [&](const Star& star, std::vector<VertexId>& nodes) {
+    const VertexId id = star.center();
+    for (const TriangleId t : star.triangles()) {
       // Of several that are reached, the first looks at a triangle.
       const auto& v = mesh_.triangle(t).vertices;
       const bool is_first = std::all_of(
@@ -172,19 +175,27 @@ void Mender::FindBadAmongChanged(std::uint32_t reached_since, std::vector<Vertex
       if (is_first) AddCornersOf(t, nodes);
     }
   };
-  for (const auto& entry : edit_.log().vertices) {
-    const VertexId id = entry.first;
-    if (!mesh_.IsLive(id) || !is_reached(id)) continue;
-    if (!mesh_.vertex(id).pinched) {  // Nearly always: no list of fans.
-      star_.Gather(mesh_, id);
-      add_bad();
-      continue;
+  const auto& changed = edit_.log().vertices;
+  const Chunks chunks(std::ssize(changed));
+  Parts parts(static_cast<std::size_t>(chunks.count()));
+  executor.Run(chunks.count(), [&](std::int32_t chunk) {
+    std::vector<VertexId>& part = parts[static_cast<std::size_t>(chunk)];
+    Star star;
+    for (std::int64_t i = chunks.begin(chunk); i < chunks.end(chunk); ++i) {
+      const VertexId id = changed[static_cast<std::size_t>(i)].first;
+      if (!mesh_.IsLive(id) || !is_reached(id)) continue;
+      if (!mesh_.vertex(id).pinched) {  // Nearly always: no list of fans.
+        star.Gather(mesh_, id);
+        add_bad(star, part);
+        continue;
+      }
+      for (const TriangleId fan : FansOf(mesh_, id)) {
+        star.Gather(mesh_, id, fan);
+        add_bad(star, part);
+      }
     }
-    for (const TriangleId fan : FansOf(mesh_, id)) {
-      star_.Gather(mesh_, id, fan);
-      add_bad();
-    }
-  }
+  });
+  return parts;
 }
 
 Mender::Mended Mender::VisitNext(const MetricField& field) {

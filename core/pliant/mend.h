@@ -50,9 +50,11 @@ class Mender {
   /// @param warm_since the epoch of the update: nodes that have been visited since, and are not
   /// cold, are those whose metric has changed
   /// @param reached_since  the epoch since which nodes count as reached; 0: all
-  /// @param executor  looks at parts of the mesh, before the first commit
+  /// @param executor  looks at parts of the mesh, or of what has changed
+  /// @return false if the executor was stopped: then nobody waits who did not before
   /// @par Cost O(changed); before the first commit O(mesh)
-  void Start(std::uint32_t warm_since, std::uint32_t reached_since, Executor& executor);
+  [[nodiscard]] bool Start(std::uint32_t warm_since, std::uint32_t reached_since,
+                           Executor& executor);
 
   [[nodiscard]] bool done() const { return state_.next == state_.waiting.size(); }
   [[nodiscard]] std::size_t waiting_count() const { return state_.waiting.size() - state_.next; }
@@ -83,8 +85,10 @@ class Mender {
   void Renumber(std::span<const VertexId> new_ids);
 
  private:
-  void FindBad(std::uint32_t reached_since, std::vector<VertexId>& nodes, Executor& executor) const;
-  void FindBadAmongChanged(std::uint32_t reached_since, std::vector<VertexId>& nodes);
+  /// Parts of a list of nodes, each made on its own.
+  using Parts = std::vector<std::vector<VertexId>>;
+  [[nodiscard]] Parts FindBad(std::uint32_t reached_since, Executor& executor) const;
+  [[nodiscard]] Parts FindBadAmongChanged(std::uint32_t reached_since, Executor& executor) const;
   [[nodiscard]] bool IsReached(VertexId node, std::uint32_t since) const;
   [[nodiscard]] bool IsBad(TriangleId triangle) const;
   [[nodiscard]] bool IsWarm(VertexId node) const;

@@ -1,8 +1,10 @@
 // Remesher, the part that takes metrics and changes over and lets the loop follow them.
 
+#include <algorithm>
 #include <utility>
 #include <vector>
 
+#include "core/base/stoppable_executor.h"
 #include "core/pliant/carry.h"
 #include "core/pliant/check_options.h"
 #include "core/pliant/remesher_impl.h"
@@ -239,9 +241,18 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
     }
     nested_.reset();
     PLIANT_RETURN_IF_ERROR(LimitAgain());
-    if (loop_.active_count() == 0 && !loop_.Mend(helpers_.executor())) break;
+    if (loop_.active_count() > 0) continue;
+    StoppableExecutor executor(helpers_.executor(), budget.stop);
+    if (!loop_.Mend(executor)) break;
+    if (!executor.stopped()) continue;
+    progress.stop_reason = StopReason::kCancelled;
+    break;
   }
   progress.active_count = nested_ ? nested_->active_count() : loop_.active_count();
+  if (progress.stop_reason == StopReason::kCancelled) {
+    // What the loop leaves bad may not have been looked for yet: the update is not at rest.
+    progress.active_count = std::max<std::int64_t>(1, progress.active_count);
+  }
   progress.counts = loop_.counts();
   progress.metric = followed_.limits().report();
   // The first commit closes gaps in the numbering.

@@ -9,6 +9,7 @@
 #include <optional>
 #include <utility>
 
+#include "core/mesh/id_bits.h"
 #include "core/mesh/star.h"
 #include "core/metric/metric.h"
 
@@ -19,6 +20,8 @@ constexpr double kAspectOfDirection = 2;  // Below this a metric has no directio
 constexpr double kSineCrossed = 0.5;      // Of 30 degrees.
 constexpr double kTurnMax = 1;
 constexpr double kSizeRatioMax = 2;
+/// From one changed vertex for so many triangles on, all triangles are read instead of the stars.
+constexpr std::ptrdiff_t kScanShare = 12;
 constexpr std::size_t kKindCount = static_cast<std::size_t>(TroubleKind::kUnsettled) + 1;
 
 /// What is measured of a triangle; Q and lengths as TroubleKind and Trouble say.
@@ -355,6 +358,19 @@ std::vector<TriangleId> LiveTrianglesOf(const Mesh& mesh) {
 
 std::vector<TriangleId> TrianglesAtChanges(const Mesh& mesh, const ChangeLog& log) {
   std::vector<TriangleId> triangles;
+  if (kScanShare * std::ssize(log.vertices) > mesh.triangle_slots()) {
+    IdBits<VertexId> changed(mesh.vertex_slots());
+    for (const auto& [vertex, before] : log.vertices) {
+      if (mesh.IsLive(vertex)) changed.Add(vertex);
+    }
+    for (std::int32_t t = 0; t < mesh.triangle_slots(); ++t) {
+      const TriangleRecord& triangle = mesh.triangle(TriangleId(t));
+      const auto& v = triangle.vertices;
+      if (!triangle.live) continue;
+      if (changed.Has(v[0]) || changed.Has(v[1]) || changed.Has(v[2])) triangles.emplace_back(t);
+    }
+    return triangles;
+  }
   Star star;
   for (const auto& [vertex, before] : log.vertices) {
     if (!mesh.IsLive(vertex)) continue;

@@ -9,6 +9,7 @@
 #include "core/geometry/predicates.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
+#include "tests/support/stop_after.h"
 
 namespace pliant {
 namespace {
@@ -52,6 +53,21 @@ struct Board {
   std::vector<Vec2> before = std::vector<Vec2>(81);
   std::vector<VertexId> moved;
 };
+
+// Goal: somebody who wants the motion to end is asked.
+TEST(OvertakenCavity, CanBeStopped) {
+  Board board;
+  board.Put(VertexId(40), {6.4, 4.2});
+  const testing::StopAfter stop(1);
+  const std::vector<TriangleId> inverted = board.Inverted();
+  EXPECT_EQ(OvertakenCavity(board.grid->mesh, inverted, board.Move(), Overtaking::kAllGo, &stop),
+            inverted);
+  EXPECT_EQ(stop.asked_count(), 1);
+  const testing::StopAfter patient(100);
+  EXPECT_GT(OvertakenCavity(board.grid->mesh, inverted, board.Move(), Overtaking::kAllGo, &patient)
+                .size(),
+            inverted.size());
+}
 
 // Goal: a block of 3 x 3 vertices that jumps by two and a half cells to the right survives, those
 // that it lands on go, and nobody elsewhere does.

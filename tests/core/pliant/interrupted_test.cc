@@ -74,6 +74,52 @@ TEST(Interrupted, AFirstBuildGoesOnToTheSameBits) {
   }
 }
 
+// Method: tensors for all vertices, so that the end of the update looks at the whole mesh, and does
+//         that with threads, too. Without a cancel the count of looks shows that the end is asked.
+TEST(Interrupted, AnUpdateGoesOnToTheSameBits) {
+  ThreadPool pool(2);
+  const auto update = [](Remesher& remesher) {
+    std::vector<Metric> tensors;
+    for (const VertexId vertex : ExportMesh(remesher.mesh()).vertex_ids) {
+      tensors.push_back(1.3 * remesher.mesh().metric(vertex));
+    }
+    ASSERT_TRUE(remesher.SetTensors({}, tensors).ok());
+  };
+  const auto undisturbed = Start(8'000);
+  Settle(*undisturbed);
+  update(*undisturbed);
+  Settle(*undisturbed);
+  for (Executor* executor : {static_cast<Executor*>(nullptr), static_cast<Executor*>(&pool)}) {
+    const auto stopped = Start(8'000, executor);
+    Settle(*stopped);
+    update(*stopped);
+    EXPECT_GT(StepWithStops(*stopped), 8);
+    EXPECT_EQ(Faults(stopped->mesh()), "");
+    EXPECT_EQ(stopped->Commit().summary, undisturbed->Snapshot().summary);
+  }
+}
+
+// Goal: an update that is stopped while its end looks for what is left bad is not at rest, and can
+// be committed and gone on with. Method: no visits are left to stop at but those of the end.
+TEST(Interrupted, TheEndOfAnUpdateIsCommittedWhereverItStops) {
+  const auto remesher = Start(4'000);
+  Settle(*remesher);
+  const VertexId some = ExportMesh(remesher->mesh()).vertex_ids[2'000];
+  const Metric tensor = 1.5 * remesher->mesh().metric(some);
+  int stops = 0;
+  for (;; ++stops) {
+    ASSERT_TRUE(remesher->SetTensors(std::array{some}, std::array{tensor}).ok());
+    const StopAfter stop(stops + 1);
+    const Result<Progress> progress = remesher->Step({.stop = &stop});
+    if (progress->stop_reason != StopReason::kCancelled) break;
+    EXPECT_GT(progress->active_count, 0);
+    remesher->Rollback();
+  }
+  EXPECT_GE(stops, 3) << "the loop, what it leaves bad, and that again once it has settled";
+  remesher->Commit();
+  EXPECT_EQ(Faults(remesher->mesh()), "");
+}
+
 // Goal: wherever a first build is stopped, a commit makes a valid mesh of it that can go on.
 TEST(Interrupted, AFirstBuildCanBeCommittedWhereverItStops) {
   for (std::int64_t place = 1; place < 400; place += 7) {

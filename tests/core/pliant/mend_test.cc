@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/stoppable_executor.h"
 #include "core/delaunay/import_mesh.h"
 #include "core/mesh/export_mesh.h"
 #include "core/mesh/validate.h"
@@ -16,6 +17,8 @@
 #include "core/pliant/remesher.h"
 #include "tests/support/backward_executor.h"
 #include "tests/support/cases.h"
+#include "tests/support/mesh_testing.h"
+#include "tests/support/stop_after.h"
 
 namespace pliant {
 namespace {
@@ -35,7 +38,7 @@ struct Patchwork {
     }
   }
   void Run() {
-    mender.Start(0, 0, alone);
+    EXPECT_TRUE(mender.Start(0, 0, alone));
     while (!mender.done()) mender.VisitNext(field);
     EXPECT_TRUE(Validate(mesh).empty());
   }
@@ -135,7 +138,7 @@ TEST(Mender, EndsWhereNothingHelps) {
 TEST(Mender, RespectsPermissions) {
   Patchwork patchwork(Hexagon({0.6, 0.3}));
   Mender mender(patchwork.edit, Permissions{.move = false});
-  mender.Start(0, 0, patchwork.alone);
+  EXPECT_TRUE(mender.Start(0, 0, patchwork.alone));
   EXPECT_TRUE(mender.done());
 }
 
@@ -143,10 +146,10 @@ TEST(Mender, RespectsPermissions) {
 TEST(Mender, LooksOnlyAtWhatHasChangedAfterACommit) {
   Patchwork patchwork(Hexagon({0.6, 0.3}));
   patchwork.edit.Commit(Revision{1});
-  patchwork.mender.Start(0, 0, patchwork.alone);
+  EXPECT_TRUE(patchwork.mender.Start(0, 0, patchwork.alone));
   EXPECT_TRUE(patchwork.mender.done());
   patchwork.edit.MoveVertex(VertexId(6), {0.6, 0.2});
-  patchwork.mender.Start(0, 0, patchwork.alone);
+  EXPECT_TRUE(patchwork.mender.Start(0, 0, patchwork.alone));
   EXPECT_FALSE(patchwork.mender.done());
 }
 
@@ -156,10 +159,38 @@ TEST(Mender, LooksOnlyAtWhatTheLoopHasReached) {
   Patchwork patchwork(Hexagon({0.6, 0.3}));
   patchwork.edit.Commit(Revision{1});
   patchwork.edit.Visit(VertexId(6)).epoch = 4;
-  patchwork.mender.Start(4, 5, patchwork.alone);
+  EXPECT_TRUE(patchwork.mender.Start(4, 5, patchwork.alone));
   EXPECT_TRUE(patchwork.mender.done());
-  patchwork.mender.Start(4, 4, patchwork.alone);
+  EXPECT_TRUE(patchwork.mender.Start(4, 4, patchwork.alone));
   EXPECT_FALSE(patchwork.mender.done());
+}
+
+// Goal: where a whole mesh has changed, somebody who wants the update to end is asked every few
+// thousand vertices, and then nobody waits; who looks again finds what he would have found, by any
+// executor. Method: stopped at every look, against one that nobody disturbed.
+TEST(Mender, CanBeStoppedWhileItLooks) {
+  const auto make = [] {
+    auto patchwork = std::make_unique<Patchwork>(testing::GridData(250, 250));
+    patchwork->edit.Commit(Revision{1});
+    for (std::int32_t v = 0; v < patchwork->mesh.vertex_slots(); ++v) {
+      patchwork->edit.SetMetric(VertexId(v), Metric::Isotropic(v % 100 == 7 ? 2 : 1));
+    }
+    return patchwork;
+  };
+  const auto undisturbed = make();
+  ASSERT_TRUE(undisturbed->mender.Start(0, 0, undisturbed->alone));
+  ASSERT_FALSE(undisturbed->mender.done());
+  const auto stopped = make();
+  testing::BackwardExecutor backward;
+  int stops = 0;
+  for (;; ++stops) {
+    const testing::StopAfter stop(stops + 1);
+    StoppableExecutor executor(backward, &stop);
+    if (stopped->mender.Start(0, 0, executor)) break;
+    ASSERT_TRUE(stopped->mender.done());
+  }
+  EXPECT_GE(stops, stopped->mesh.vertex_slots() / Chunks::kLength);
+  EXPECT_EQ(stopped->mender.state().waiting, undisturbed->mender.state().waiting);
 }
 
 // Goal: before the first commit all triangles are looked at, or those at vertices reached since an
@@ -176,17 +207,17 @@ TEST(Mender, LooksAtPartsOfTheMeshAlike) {
                                          : std::array{k, k + 1, k + 2});
   }
   Patchwork patchwork(strip);
-  patchwork.mender.Start(0, 0, patchwork.alone);
+  EXPECT_TRUE(patchwork.mender.Start(0, 0, patchwork.alone));
   const std::size_t all = patchwork.mender.waiting_count();
   EXPECT_GT(all, 2000U);
   testing::BackwardExecutor reversed;
   Mender other(patchwork.edit, Permissions{});
-  other.Start(0, 0, reversed);
+  EXPECT_TRUE(other.Start(0, 0, reversed));
   EXPECT_EQ(other.state().waiting, patchwork.mender.state().waiting);
 
   patchwork.edit.Visit(VertexId(19991)).epoch = 3;
   Mender late(patchwork.edit, Permissions{});
-  late.Start(0, 3, reversed);
+  EXPECT_TRUE(late.Start(0, 3, reversed));
   EXPECT_GT(late.waiting_count(), 0U);
   EXPECT_LT(late.waiting_count(), 10U);
 }

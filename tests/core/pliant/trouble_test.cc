@@ -173,12 +173,18 @@ TEST(TrianglesAtChanges, AreThoseWithAChangedCorner) {
   const auto remesher = Build(testing::DiagonalCase(5'000));
   (void)remesher->Commit();
   const Mesh& mesh = remesher->mesh();
-  for (const std::int32_t stride : {1, 7, 400}) {
-    SCOPED_TRACE(stride);
+  struct Changes {
+    std::int32_t stride;
+    std::int32_t count_max;
+  };
+  for (const auto& [stride, count_max] :
+       {Changes{1, 12}, Changes{7, 12}, Changes{400, 12}, Changes{2, 5'000}, Changes{1, 100'000}}) {
+    SCOPED_TRACE(::testing::Message() << stride << " " << count_max);
     ChangeLog log;
     std::vector<bool> changed(static_cast<std::size_t>(mesh.vertex_slots()));
-    for (std::int32_t v = 3, n = 0; v < mesh.vertex_slots() && n < 12; v += stride, ++n) {
-      log.vertices.emplace_back(VertexId(v), mesh.vertex(VertexId(v)));
+    for (std::int32_t v = 3, n = 0; v < mesh.vertex_slots() && n < count_max; v += stride, ++n) {
+      log.vertices.Add(VertexId(v), mesh.vertex(VertexId(v)),
+                       static_cast<std::size_t>(mesh.vertex_slots()));
       changed[static_cast<std::size_t>(v)] = true;
     }
     std::vector<TriangleId> expected;
