@@ -19,11 +19,19 @@ void MeshRings::ForEachFan(VertexId vertex, Visit visit) {
 }
 
 std::span<const std::int32_t> MeshRings::Neighbors(std::int32_t vertex) {
+  if (known_.empty()) known_.resize(kKnownMax);
+  Known& known = known_[static_cast<std::size_t>(vertex) % kKnownMax];
+  if (known.vertex == vertex) return std::span(known.ring).first(known.count);
   const VertexId id(vertex);
   ring_.clear();
   ForEachFan(id, [&] {
     for (const VertexId neighbor : star_.ring()) ring_.push_back(neighbor.value());
   });
+  if (ring_.size() <= kRingMax) {
+    known.vertex = vertex;
+    known.count = static_cast<std::uint16_t>(ring_.size());
+    std::ranges::copy(ring_, known.ring.begin());
+  }
   return ring_;
 }
 

@@ -3,6 +3,8 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include <algorithm>
+
 #include "tests/support/mesh_testing.h"
 
 namespace pliant {
@@ -19,6 +21,23 @@ TEST(MeshRings, AreTheEndsOfTheEdgesAtAVertex) {
   EXPECT_EQ(rings.position(5), (Vec2{2, 1}));
   EXPECT_EQ(rings.Area(4), 1);
   EXPECT_NEAR(rings.Area(2), 1.0 / 6, 1e-15);
+}
+
+// Goal: rings that are remembered are those of the mesh, also where two share a place in memory.
+// Method: a mesh with more vertices than are remembered, each asked twice and in between others.
+TEST(MeshRings, AreTheSameWhenAskedAgain) {
+  const auto made = testing::ImportedMesh(testing::GridData(100, 60));
+  MeshRings rings(made->mesh);
+  Star star;
+  const std::int32_t count = made->mesh.vertex_slots();
+  for (const std::int32_t step : {1, 1, 4096, 1777}) {
+    for (std::int32_t i = 0; i < count; ++i) {
+      const auto v = static_cast<std::int32_t>(std::int64_t{i} * step % count);
+      star.Gather(made->mesh, VertexId(v));
+      ASSERT_TRUE(std::ranges::equal(rings.Neighbors(v), star.ring(), {}, {}, &VertexId::value))
+          << "vertex " << v;
+    }
+  }
 }
 
 // Two triangles that touch at a point: its ring is that of both.

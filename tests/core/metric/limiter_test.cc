@@ -51,10 +51,10 @@ class FollowedMesh {
       : made_(testing::ImportedMesh(testing::GridData(n, n))),
         editor_(*made_, seed),
         options_(options),
-        limiter_(options),
-        rings_(made_->mesh) {
+        limiter_(options) {
+    MeshRings rings(mesh());
     for (const VertexId v : testing::LiveVertices(mesh())) limiter_.SetRaw(v.value(), RawOf(v));
-    (void)limiter_.Update(rings_);
+    (void)limiter_.Update(rings);
     Commit();
   }
 
@@ -88,7 +88,8 @@ class FollowedMesh {
     for (const VertexId v : touched) {
       if (mesh().IsLive(v)) limiter_.Touch(v.value());
     }
-    return limiter_.Update(rings_);
+    MeshRings rings(mesh());
+    return limiter_.Update(rings);
   }
 
   void Commit() {
@@ -139,7 +140,6 @@ class FollowedMesh {
   testing::RandomEditor editor_;
   GradationOptions options_;
   MetricLimiter limiter_;
-  MeshRings rings_;
   Revision revision_ = Revision::kNone;
 };
 
