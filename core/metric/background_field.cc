@@ -16,6 +16,9 @@
 namespace pliant {
 namespace {
 
+/// Questions that are answered together.
+constexpr std::size_t kAtOnce = 64;
+
 Error BadTriangle(ErrorCode code, std::size_t index, const std::string& what) {
   return {.code = code,
           .message = "triangle " + std::to_string(index) + " of the background mesh " + what,
@@ -222,14 +225,39 @@ void BackgroundField::PrefetchBehindHint(std::int32_t hint) const {
     PrefetchToRead(&locator_.points()[static_cast<std::size_t>(corner)]);
     PrefetchToRead(&logs_[static_cast<std::size_t>(corner)]);
   }
-  // Most walks take two steps.
-  for (const std::int32_t beyond : locator_.neighbors(hint)) locator_.Prefetch(beyond);
 }
 
 Metric BackgroundField::At(Vec2 p, std::int32_t& hint) const {
   const Location location = locator_.Locate(p, hint);
   hint = location.triangle;
   return Exp(LogIn(location));
+}
+
+void BackgroundField::AtEach(std::span<const Vec2> points, std::span<std::int32_t> hints,
+                             std::span<Metric> metrics) const {
+  // Who has no hint begins where another one ended: such walks follow each other.
+  if (!std::ranges::all_of(hints, [&](std::int32_t hint) { return locator_.IsTriangle(hint); })) {
+    MetricField::AtEach(points, hints, metrics);
+    return;
+  }
+  std::array<Location, kAtOnce> found;
+  for (std::size_t begin = 0; begin < points.size(); begin += kAtOnce) {
+    const auto located = std::span(found).first(std::min(kAtOnce, points.size() - begin));
+    for (std::size_t i = 0; i < located.size(); ++i) located[i].triangle = hints[begin + i];
+    locator_.LocateEach(points.subspan(begin, located.size()), located);
+    for (const Location& location : located) PrefetchLogs(location);
+    for (std::size_t i = 0; i < located.size(); ++i) {
+      hints[begin + i] = located[i].triangle;
+      metrics[begin + i] = Exp(LogIn(located[i]));
+    }
+  }
+}
+
+/// Has the memory fetch what LogIn reads.
+void BackgroundField::PrefetchLogs(const Location& location) const {
+  for (const std::int32_t corner : locator_.corners(location.triangle)) {
+    PrefetchToRead(&logs_[static_cast<std::size_t>(corner)]);
+  }
 }
 
 LogMetric BackgroundField::LogIn(const Location& location) const {
@@ -247,7 +275,6 @@ std::optional<Metric> BackgroundField::Probe(Vec2 p, std::int32_t& hint) const {
 }
 
 void BackgroundField::ProbeEach(std::span<Question> questions) const {
-  constexpr std::size_t kAtOnce = 64;
   std::array<Vec2, kAtOnce> places;
   std::array<Location, kAtOnce> found;
   std::array<Question*, kAtOnce> asked;
@@ -262,11 +289,7 @@ void BackgroundField::ProbeEach(std::span<Question> questions) const {
       asked[count++] = &one;
     }
     locator_.LocateEach(std::span(places).first(count), std::span(found).first(count));
-    for (std::size_t k = 0; k < count; ++k) {
-      for (const std::int32_t corner : locator_.corners(found[k].triangle)) {
-        PrefetchToRead(&logs_[static_cast<std::size_t>(corner)]);
-      }
-    }
+    for (const Location& location : std::span(found).first(count)) PrefetchLogs(location);
     for (std::size_t k = 0; k < count; ++k) {
       asked[k]->hint = found[k].triangle;
       asked[k]->answer = Exp(LogIn(found[k]));

@@ -47,6 +47,9 @@ class BackgroundField final : public MetricField {
   /// @par Cost  a walk of a few triangles from a good hint, two exponentials.
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
 
+  void AtEach(std::span<const Vec2> points, std::span<std::int32_t> hints,
+              std::span<Metric> metrics) const override;
+
   /// Nothing outside the box around the mesh: where a point is not in the mesh, the search for the
   /// nearest one makes a tree of boxes first, which takes longer than to follow a new metric.
   [[nodiscard]] std::optional<Metric> Probe(Vec2 p, std::int32_t& hint) const override;
@@ -68,6 +71,8 @@ class BackgroundField final : public MetricField {
  private:
   BackgroundField(TriangleLocator locator, LargeVector<LogMetric> logs)
       : locator_(std::move(locator)), logs_(std::move(logs)) {}
+
+  void PrefetchLogs(const Location& location) const;
 
   TriangleLocator locator_;
   LargeVector<LogMetric> logs_;

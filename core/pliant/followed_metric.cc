@@ -1,7 +1,6 @@
 #include "core/pliant/followed_metric.h"
 
 #include <algorithm>
-#include <array>
 #include <sstream>
 #include <string>
 #include <utility>
@@ -10,6 +9,7 @@
 #include "core/mesh/linked_triangles.h"
 #include "core/mesh/place_map.h"
 #include "core/metric/tensor_smoothing.h"
+#include "core/pliant/ask.h"
 #include "core/pliant/nodal_field.h"
 
 namespace pliant {
@@ -25,10 +25,6 @@ constexpr std::ptrdiff_t kCopyShare = 8;
 /// From one vertex in so many on, limiting everything anew is cheaper than following the changes;
 /// the result is the same.
 constexpr std::size_t kReloadShare = 6;
-
-/// Vertices that a field is asked for in one go: so few that the processor fetches the next places
-/// while it computes the last answers, and as many as a formula answers together.
-constexpr std::size_t kQuestionsAtOnce = 16;
 
 Error TensorError(ErrorCode code, const char* field, std::size_t index, const std::string& what) {
   return {code, "entry " + std::to_string(index) + " of " + field + " " + what, field,
@@ -134,23 +130,11 @@ Result<WantedTensors> FollowedMetric::Evaluate(const MetricField& field, const S
 Result<std::vector<Metric>> FollowedMetric::Ask(const MetricField& field,
                                                 std::span<const VertexId> vertices,
                                                 const StopSignal* stop) {
-  std::vector<Metric> tensors;
-  tensors.reserve(vertices.size());
-  std::array<Vec2, kQuestionsAtOnce> points;
-  std::array<std::int32_t, kQuestionsAtOnce> hints;
-  std::array<Metric, kQuestionsAtOnce> answers;
-  for (std::size_t begin = 0; begin < vertices.size(); begin += kQuestionsAtOnce) {
-    if (begin % StopPoll::kPeriod == 0 && stop != nullptr && stop->asked()) return Stopped();
-    const auto block = vertices.subspan(begin, std::min(kQuestionsAtOnce, vertices.size() - begin));
-    for (std::size_t i = 0; i < block.size(); ++i) {
-      points[i] = mesh_.position(block[i]);
-      hints[i] = mesh_.hint(block[i]);
-    }
-    const auto answered = std::span(answers).first(block.size());
-    field.AtEach(std::span(points).first(block.size()), std::span(hints).first(block.size()),
-                 answered);
-    for (std::size_t i = 0; i < block.size(); ++i) edit_.Hint(block[i]) = hints[i];
-    tensors.insert(tensors.end(), answered.begin(), answered.end());
+  std::vector<Metric> tensors(vertices.size());
+  for (std::size_t begin = 0; begin < vertices.size(); begin += StopPoll::kPeriod) {
+    if (stop != nullptr && stop->asked()) return Stopped();
+    const std::size_t count = std::min<std::size_t>(StopPoll::kPeriod, vertices.size() - begin);
+    AskAt(edit_, field, vertices.subspan(begin, count), std::span(tensors).subspan(begin, count));
   }
   return tensors;
 }

@@ -192,6 +192,8 @@ class PliantLoop {
   };
 
   /// What was woken in one part of the mesh, of all of it.
+  struct AskedMetrics;
+  struct GrownMetrics;
   struct Woken {
     std::vector<VertexId> old_nodes;
     std::vector<VertexId> new_nodes;
@@ -206,9 +208,10 @@ class PliantLoop {
   [[nodiscard]] VisitState CurrentVisit(VertexId node) const;
   /// Makes a node as awake as a new one. @return true if it was not in the queue
   bool MarkAwake(VertexId node);
-  /// Wakes every vertex after set_metric(vertex, hint), where `hint` is that of the vertex before.
-  template <class SetMetric>
-  [[nodiscard]] bool WakeEach(Executor& executor, SetMetric&& set_metric);
+  /// Wakes every vertex after it was given a metric: by a copy of `giver` for each chunk of slots,
+  /// which first hears of a few slots (Prepare), then of each of their live vertices (Give).
+  template <class Giver>
+  [[nodiscard]] bool WakeEach(Executor& executor, const Giver& giver);
   /// True in the first visit of a node whose metric is not quite the field's.
   [[nodiscard]] bool OwesQuestion(VertexId node) const {
     return refined_ && mesh_.vertex(node).visit.age == 1;

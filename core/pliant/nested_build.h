@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <memory>
 #include <optional>
+#include <span>
 
 #include "core/mesh/mesh_edit.h"
 #include "core/metric/metric_field.h"
@@ -19,6 +20,11 @@ class ScaledField final : public MetricField {
       : field_(std::move(field)), scale_(scale) {}
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override {
     return scale_ * field_->At(p, hint);
+  }
+  void AtEach(std::span<const Vec2> points, std::span<std::int32_t> hints,
+              std::span<Metric> metrics) const override {
+    field_->AtEach(points, hints, metrics);
+    for (Metric& metric : metrics) metric = scale_ * metric;
   }
   void PrefetchHint(std::int32_t hint) const override { field_->PrefetchHint(hint); }
   void PrefetchBehindHint(std::int32_t hint) const override { field_->PrefetchBehindHint(hint); }

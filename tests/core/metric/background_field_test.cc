@@ -104,6 +104,25 @@ TEST(BackgroundField, AnswersManyPointsAsOne) {
 
 // Goal: to fetch memory ahead is safe with whatever number a hint has, for kept hints may be those
 // of another field.
+// Goal: walks that go side by side lead where each would alone, in the mesh and outside.
+TEST(BackgroundField, AnswersManyPointsWithHintsAsOne) {
+  const auto field = BackgroundField::Make(Example(9), {}).value();
+  Rng rng(12);
+  std::vector<Vec2> points(150);
+  std::vector<std::int32_t> hints(points.size());
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    points[i] = {rng.Uniform(-0.2, 1.2), rng.Uniform(-0.2, 1.2)};
+    hints[i] = static_cast<std::int32_t>(rng.Below(162));
+  }
+  std::vector<Metric> metrics(points.size());
+  field->AtEach(points, hints, metrics);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    std::int32_t hint = MetricField::kNoHint;
+    EXPECT_EQ(metrics[i], field->At(points[i], hint));
+    EXPECT_EQ(hints[i], hint);
+  }
+}
+
 TEST(BackgroundField, FetchesAheadWithAnyHint) {
   const auto field = BackgroundField::Make(Example(3), {}).value();
   for (const std::int32_t hint : {-1, 0, 1, 2, 1'000'000'000, INT32_MIN, INT32_MAX}) {

@@ -2,7 +2,10 @@
 
 #include <gtest/gtest.h>
 
+#include <cstdint>
+#include <memory>
 #include <utility>
+#include <vector>
 
 #include "core/delaunay/import_mesh.h"
 #include "core/mesh/validate.h"
@@ -34,6 +37,20 @@ TEST(NestedBuild, QuadruplesFromLevelToLevelAndStaysValid) {
     if (build.levels_left() == 0) break;
     ASSERT_TRUE(build.NextLevel(Helpers(), nullptr));
     ASSERT_EQ(Validate(mesh), std::vector<std::string>());
+  }
+}
+
+TEST(ScaledField, ScalesWhatItIsAskedTogetherAsAlone) {
+  const std::shared_ptr<const MetricField> field = testing::GaussianCase(1000).field;
+  const ScaledField scaled(field, 0.25);
+  const std::vector<Vec2> points = {{0.1, 0.2}, {0.5, 0.5}, {0.9, 0.3}};
+  std::vector<std::int32_t> hints(points.size(), MetricField::kNoHint);
+  std::vector<Metric> metrics(points.size());
+  scaled.AtEach(points, hints, metrics);
+  for (std::size_t i = 0; i < points.size(); ++i) {
+    std::int32_t hint = MetricField::kNoHint;
+    EXPECT_EQ(metrics[i], scaled.At(points[i], hint));
+    EXPECT_EQ(metrics[i], 0.25 * field->At(points[i], hint));
   }
 }
 
