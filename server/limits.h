@@ -39,6 +39,9 @@ inline constexpr std::size_t kCallsMax = 16;
 /// Answers to updates that a session remembers, so that a repeated update is not applied twice: a
 /// client has at most kInboxCommandsMax unanswered, so this covers many reconnections.
 inline constexpr std::size_t kUpdateResultsMax = 1024;
+/// Cancelled updates that a session remembers until they begin, those that begin first: more than
+/// may wait in a stream, and a client that names numbers at random fills no memory.
+inline constexpr std::size_t kCancelsMax = 1024;
 /// Meshes that are being downloaded at once, over all sessions: a slow reader holds a copy of its
 /// mesh, and this bounds how many there are.
 inline constexpr int kDownloadsMax = 64;

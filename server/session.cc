@@ -114,7 +114,9 @@ void Session::WakeForSubscriber() {
 
 void Session::CancelAdvance(std::int64_t update_id) {
   const std::lock_guard lock(mutex_);
-  cancel_update_id_ = update_id;
+  // Remembered also if it runs: dropped with its stream and sent again, it is still cancelled.
+  cancelled_.insert(update_id);
+  if (cancelled_.size() > kCancelsMax) cancelled_.erase(*cancelled_.rbegin());
   if (running_update_id_ == update_id || staging_update_id_ == update_id) stop_work_.Set(true);
 }
 
@@ -372,12 +374,20 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
   }
 }
 
+// Whether the update that begins has been cancelled already. None with a lower number begins again,
+// so those cancels are forgotten. Under mutex_.
+bool Session::IsCancelled(std::int64_t update_id) {
+  cancelled_.erase(cancelled_.begin(), cancelled_.lower_bound(update_id));
+  return cancelled_.contains(update_id);
+}
+
 void Session::StageUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command) {
   const std::int64_t id = command.update_id;
   {
     const std::lock_guard lock(mutex_);
     staging_update_id_ = id;
-    stop_work_.Set(editor_ != editor || cancel_update_id_ == id || close_error_ || drain_error_);
+    const bool is_cancelled = IsCancelled(id);
+    stop_work_.Set(is_cancelled || editor_ != editor || close_error_ || drain_error_);
   }
   const Status status = engine_->StageCommand(command, &stop_work_);
   bool is_awaited = false;

@@ -6,6 +6,7 @@
 #include <memory>
 #include <mutex>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -246,6 +247,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void StageUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
   void BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
                     const AdvanceSpec& spec);
+  bool IsCancelled(std::int64_t update_id);
   bool ContinueAdvance(Clock::Time slice_end);
   [[nodiscard]] std::int64_t VisitsOf(const RunningAdvance& advance) const;
   void TellProgress(Clock::Time now);
@@ -286,7 +288,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   std::optional<Error> close_error_;                // Guarded by mutex_.
   std::optional<Error> drain_error_;                // Guarded by mutex_.
   std::function<void(const Status&)> delete_done_;  // Guarded by mutex_.
-  std::int64_t cancel_update_id_ = 0;               // Guarded by mutex_.
+  std::set<std::int64_t> cancelled_;                // Guarded by mutex_; see IsCancelled.
   std::int64_t running_update_id_ = 0;              // Guarded by mutex_.
   SessionInfo info_;                                // Guarded by mutex_.
   Clock::Time last_used_{};                         // Guarded by mutex_.

@@ -59,7 +59,7 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
                             .last_commit = now};
   const std::lock_guard lock(mutex_);
   running_update_id_ = update_id;
-  stop_work_.Set(cancel_update_id_ == update_id || close_error_ || drain_error_);
+  stop_work_.Set(IsCancelled(update_id) || close_error_ || drain_error_);
   info_.running = true;
 }
 

@@ -264,6 +264,31 @@ TEST(Session, HonoursACancelThatComesBeforeItsAdvanceBegins) {
   EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 2).progress.counts.visits, 0);
 }
 
+// Goal: one cancel does not make the session forget another.
+TEST(Session, HonoursEveryCancelThatComesBeforeItsUpdateBegins) {
+  SessionHarness harness({.visits_needed = 100});
+  for (const std::int64_t id : {1, 3, 4}) harness.session->CancelAdvance(id);
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1), Advance(2), kMetric(3, 2.0)});
+  EXPECT_THAT(editor->Log(),
+              ElementsAre("opened", "diff 1", "advanced 1", "diff 2", "advanced 2", "rejected 3"));
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 2).progress.stop_reason, StopReason::kCancelled);
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 4).progress.stop_reason, StopReason::kConverged);
+  EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 5).error.code, ErrorCode::kCancelled);
+}
+
+// Goal: whoever names more updates than a session remembers is heard for those that come first.
+TEST(Session, RemembersTheNearestCancels) {
+  SessionHarness harness({.visits_needed = 100});
+  for (auto id = static_cast<std::int64_t>(kCancelsMax) + 1; id > 0; --id) {
+    harness.session->CancelAdvance(id);
+  }
+  const auto last = static_cast<std::int64_t>(kCancelsMax);
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1), Advance(last), Advance(last + 1)});
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 2).progress.stop_reason, StopReason::kCancelled);
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 4).progress.stop_reason, StopReason::kCancelled);
+  EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 6).progress.stop_reason, StopReason::kConverged);
+}
+
 // Goal: a cancel reaches an update that is being staged; the stage is as before, and because the
 // client may have sent the rest of the step already, none of it is committed.
 TEST(Session, RefusesAnUpdateThatIsCancelledWhileItIsStaged) {
