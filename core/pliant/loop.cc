@@ -116,13 +116,16 @@ void PliantLoop::PrefetchAhead(const MetricField& field) const {
     if (triangle.valid()) mesh_.Prefetch(triangle);
     field.PrefetchBehindHint(mesh_.hint(near));
   }
-  if (const VertexId next = state_.queue.Ahead(0); next.valid()) {
-    const TriangleId triangle = mesh_.vertex(next).triangle;
-    if (!triangle.valid()) return;
-    for (const TriangleId neighbor : mesh_.triangle(triangle).neighbors) {
+  if (const VertexId next = state_.queue.Ahead(0); next.valid() && mesh_.IsLive(next)) {
+    const TriangleRecord& record = mesh_.triangle(mesh_.vertex(next).triangle);
+    for (const VertexId corner : record.vertices) mesh_.Prefetch(corner);
+    // Of a triangle at a border others may be writing the neighbours just now.
+    const Territory* const own = edit_.territory();
+    const auto is_own = [&](VertexId corner) { return own->Owns(corner); };
+    if (own != nullptr && !std::ranges::all_of(record.vertices, is_own)) return;
+    for (const TriangleId neighbor : record.neighbors) {
       if (neighbor.valid()) mesh_.Prefetch(neighbor);
     }
-    for (const VertexId corner : mesh_.triangle(triangle).vertices) mesh_.Prefetch(corner);
   }
 }
 
