@@ -70,7 +70,10 @@ class RemesherEngine final : public Engine {
     return remesher_->Apply(displacement);
   }
   std::vector<VertexId> Vertices() const override { return LiveVertices(remesher_->mesh()); }
-  std::vector<Trouble> FindTroubles() const override { return remesher_->FindTroubles(); }
+  TroubleSearch WhereTroublesMayBe() const override { return remesher_->WhereTroublesMayBe(); }
+  std::vector<Trouble> FindTroubles(const TroubleSearch& search) const override {
+    return remesher_->FindTroubles(search);
+  }
   Status SetSolution(const SolutionRequest& request) override {
     const ExportedMesh mesh = ExportMesh(remesher_->mesh());
     std::vector<double> stored;

@@ -77,7 +77,9 @@ class Engine {
   virtual Status Displace(std::span<const VertexId> vertices, std::span<const Vec2> by);
   /// Live vertices now, ascending.
   [[nodiscard]] virtual std::vector<VertexId> Vertices() const = 0;
-  [[nodiscard]] virtual std::vector<Trouble> FindTroubles() const = 0;
+  /// What to look at, before a commit, and the look, right after it.
+  [[nodiscard]] virtual TroubleSearch WhereTroublesMayBe() const = 0;
+  [[nodiscard]] virtual std::vector<Trouble> FindTroubles(const TroubleSearch& search) const = 0;
   /// Tensors at all vertices, from a solution. Errors: those of MetricOfSolution and SetTensors;
   /// kOutOfRange if there is no nodal field of that name.
   virtual Status SetSolution(const SolutionRequest& request) = 0;

@@ -195,11 +195,9 @@ void Session::FinishAdvance(AdvanceEnd end) {
   current_update_id_ = advance.update_id;
   advance_.reset();
   const Clock::Time commit_begin = environment_.clock->Now();
-  std::vector<Trouble> troubles;
-  if (advance.progress.active_count == 0) troubles = engine_->engine().FindTroubles();
+  const TroubleSearch search = engine_->engine().WhereTroublesMayBe();
   const std::shared_ptr<const MeshDiff> diff = Commit(advance);
-  const Clock::Time now = environment_.clock->Now();
-  advance.progress.counts = advance.committed_counts + advance.progress.counts;
+  advance.compute += environment_.clock->Now() - commit_begin;
   {
     const std::lock_guard lock(mutex_);
     running_update_id_ = 0;
@@ -208,6 +206,18 @@ void Session::FinishAdvance(AdvanceEnd end) {
       end = AdvanceEnd::kServerClosing;
     }
   }
+  if (mirror_ == Mirror::kFull) {
+    SessionEvent event = MakeEvent(advance.update_id);
+    event.body = DiffEvent{.diff = diff, .applied_update_id = applied_update_id_};
+    Tell(advance.editor, std::move(event));
+  }
+  // While the client takes over the diff.
+  const Clock::Time search_begin = environment_.clock->Now();
+  std::vector<Trouble> troubles;
+  if (advance.progress.active_count == 0) troubles = engine_->engine().FindTroubles(search);
+  const Clock::Time now = environment_.clock->Now();
+  advance.compute += now - search_begin;
+  advance.progress.counts = advance.committed_counts + advance.progress.counts;
   SessionEvent advanced = MakeEvent(advance.update_id);
   advanced.body = AdvancedEvent{
       .base_revision = advance.base_revision,
@@ -217,8 +227,7 @@ void Session::FinishAdvance(AdvanceEnd end) {
       .end = end,
       .motion_fraction = advance.motion_fraction,
       .durable_revision = DurableRevision(),
-      .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute +
-                                                                       (now - commit_begin)),
+      .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute),
       .elapsed = std::chrono::duration_cast<std::chrono::microseconds>(now - advance.begin)};
   environment_.log->Info("commit", {{"session", session_id_},
                                     {"update", std::to_string(advance.update_id)},
@@ -226,11 +235,6 @@ void Session::FinishAdvance(AdvanceEnd end) {
                                     {"vertices", std::to_string(diff->summary.vertex_count)},
                                     {"visits", std::to_string(advance.progress.counts.visits)},
                                     {"active", std::to_string(active_count_)}});
-  if (mirror_ == Mirror::kFull) {
-    SessionEvent event = MakeEvent(advance.update_id);
-    event.body = DiffEvent{.diff = diff, .applied_update_id = applied_update_id_};
-    Tell(advance.editor, std::move(event));
-  }
   Answer(advance.editor, std::move(advanced), StageEffect::kNone);
   current_editor_ = nullptr;
   current_update_id_ = 0;

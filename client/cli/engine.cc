@@ -126,9 +126,10 @@ Result<RemeshResult> RemeshLocally(const RemeshJob& job, const OnProgress& on_pr
   PLIANT_ASSIGN_OR_RETURN(const std::unique_ptr<Remesher> remesher, Create(job));
   remesher->UseHelpers(Helpers(&threads));
   PLIANT_ASSIGN_OR_RETURN(const LocalRun run, RunLoop(*remesher, job.advance, on_progress));
-  std::vector<Trouble> troubles;
-  if (run.progress.active_count == 0) troubles = remesher->FindTroubles();
+  const TroubleSearch search = remesher->WhereTroublesMayBe();
   const MeshDiff diff = remesher->Commit();
+  std::vector<Trouble> troubles;
+  if (run.progress.active_count == 0) troubles = remesher->FindTroubles(search);
   client::MeshReplica replica;
   PLIANT_RETURN_IF_ERROR(replica.Apply(diff));
   RemeshResult result;

@@ -54,6 +54,7 @@ class RecordLog {
   [[nodiscard]] std::size_t size() const { return ids_.size(); }
   [[nodiscard]] bool empty() const { return ids_.empty(); }
   [[nodiscard]] Entry operator[](std::size_t i) const { return {ids_[i], records_[i]}; }
+  [[nodiscard]] const std::vector<IdType>& ids() const { return ids_; }
   [[nodiscard]] Iterator begin() const { return {*this, 0}; }
   [[nodiscard]] Iterator end() const { return {*this, size()}; }
 

@@ -107,7 +107,13 @@ Status Remesher::SetOptions(const Options& options) { return impl_->SetOptions(o
 Result<Progress> Remesher::Step(const Budget& budget) { return impl_->Step(budget); }
 void Remesher::ListenTo(const StopSignal* stop) { impl_->ListenTo(stop); }
 void Remesher::UseHelpers(const Helpers& helpers) { impl_->UseHelpers(helpers); }
-std::vector<Trouble> Remesher::FindTroubles() const { return impl_->FindTroubles(); }
+TroubleSearch Remesher::WhereTroublesMayBe() const { return impl_->WhereTroublesMayBe(); }
+
+std::vector<Trouble> Remesher::FindTroubles(const TroubleSearch& search) const {
+  return impl_->FindTroubles(search);
+}
+
+std::vector<Trouble> Remesher::FindTroubles() const { return FindTroubles(WhereTroublesMayBe()); }
 MeshDiff Remesher::Commit() { return impl_->Commit(); }
 MeshDiff Remesher::CommitAndTransfer() { return impl_->CommitAndTransfer(); }
 Status Remesher::SetFields(const FieldUpdate& update) { return impl_->SetFields(update); }

@@ -129,6 +129,9 @@ class Remesher {
   /// left.
   /// @par Cost O(changed)
   [[nodiscard]] std::vector<Trouble> FindTroubles() const;
+  /// The same in two parts: where to look, before a commit, and the look, then or right after it.
+  [[nodiscard]] TroubleSearch WhereTroublesMayBe() const;
+  [[nodiscard]] std::vector<Trouble> FindTroubles(const TroubleSearch& search) const;
 
   /// Ends the update: the changes since the last commit as a diff, and a revision more. Allowed
   /// while nodes are active; a later Step goes on with them.

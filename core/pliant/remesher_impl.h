@@ -42,7 +42,8 @@ class Remesher::Impl {
   Status SetConstraints(const Constraints& constraints);
   Status SetOptions(const Options& options);
   Result<Progress> Step(Budget budget);
-  [[nodiscard]] std::vector<Trouble> FindTroubles() const;
+  [[nodiscard]] TroubleSearch WhereTroublesMayBe() const;
+  [[nodiscard]] std::vector<Trouble> FindTroubles(const TroubleSearch& search) const;
 
   MeshDiff Commit() { return fields_.idle() ? CommitMesh() : CommitAndTransfer(); }
   MeshDiff CommitAndTransfer();

@@ -268,15 +268,19 @@ void Remesher::Impl::ChangeInBulk() {
   loop_.HalveLongEdges(followed_.field(), std::move(nodes));
 }
 
-std::vector<Trouble> Remesher::Impl::FindTroubles() const {
+TroubleSearch Remesher::Impl::WhereTroublesMayBe() const {
   const LoopCounts& counts = loop_.counts();
-  const TroubleContext context{
-      .insertions_refused = counts.refused_at_limit > 0 || counts.refused_by_allowance > 0,
-      .permissions = options_.permissions};
-  const std::vector<TriangleId> triangles = revision_ == Revision::kNone
-                                                ? LiveTrianglesOf(mesh_)
-                                                : TrianglesAtChanges(mesh_, edit_.log());
-  return pliant::FindTroubles(mesh_, triangles, context);
+  return {.everywhere = revision_ == Revision::kNone,
+          .changed = edit_.log().vertices.ids(),
+          .context = {
+              .insertions_refused = counts.refused_at_limit > 0 || counts.refused_by_allowance > 0,
+              .permissions = options_.permissions}};
+}
+
+std::vector<Trouble> Remesher::Impl::FindTroubles(const TroubleSearch& search) const {
+  const std::vector<TriangleId> triangles =
+      search.everywhere ? LiveTrianglesOf(mesh_) : TrianglesAt(mesh_, search.changed);
+  return pliant::FindTroubles(mesh_, triangles, search.context);
 }
 
 /// The levels of the first build follow the metric that it began with, in the mesh's records too.

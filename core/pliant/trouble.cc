@@ -20,7 +20,7 @@ constexpr double kAspectOfDirection = 2;  // Below this a metric has no directio
 constexpr double kSineCrossed = 0.5;      // Of 30 degrees.
 constexpr double kTurnMax = 1;
 constexpr double kSizeRatioMax = 2;
-/// From one changed vertex for so many triangles on, all triangles are read instead of the stars.
+/// From one vertex for so many triangles on, all triangles are read instead of the stars.
 constexpr std::ptrdiff_t kScanShare = 12;
 constexpr std::size_t kKindCount = static_cast<std::size_t>(TroubleKind::kUnsettled) + 1;
 
@@ -356,28 +356,33 @@ std::vector<TriangleId> LiveTrianglesOf(const Mesh& mesh) {
   return triangles;
 }
 
-std::vector<TriangleId> TrianglesAtChanges(const Mesh& mesh, const ChangeLog& log) {
+std::vector<TriangleId> TrianglesAt(const Mesh& mesh, std::span<const VertexId> vertices) {
   std::vector<TriangleId> triangles;
-  if (kScanShare * std::ssize(log.vertices) > mesh.triangle_slots()) {
-    IdBits<VertexId> changed(mesh.vertex_slots());
-    for (const auto& [vertex, before] : log.vertices) {
-      if (mesh.IsLive(vertex)) changed.Add(vertex);
+  if (kScanShare * std::ssize(vertices) > mesh.triangle_slots()) {
+    IdBits<VertexId> named(mesh.vertex_slots());
+    for (const VertexId vertex : vertices) {
+      if (mesh.IsLive(vertex)) named.Add(vertex);
     }
     for (std::int32_t t = 0; t < mesh.triangle_slots(); ++t) {
       const TriangleRecord& triangle = mesh.triangle(TriangleId(t));
       const auto& v = triangle.vertices;
       if (!triangle.live) continue;
-      if (changed.Has(v[0]) || changed.Has(v[1]) || changed.Has(v[2])) triangles.emplace_back(t);
+      if (named.Has(v[0]) || named.Has(v[1]) || named.Has(v[2])) triangles.emplace_back(t);
     }
     return triangles;
   }
   Star star;
-  for (const auto& [vertex, before] : log.vertices) {
+  const auto add = [&](VertexId center, TriangleId fan) {
+    star.Gather(mesh, center, fan);
+    triangles.insert(triangles.end(), star.triangles().begin(), star.triangles().end());
+  };
+  for (const VertexId vertex : vertices) {
     if (!mesh.IsLive(vertex)) continue;
-    for (const TriangleId fan : FansOf(mesh, vertex)) {
-      star.Gather(mesh, vertex, fan);
-      triangles.insert(triangles.end(), star.triangles().begin(), star.triangles().end());
+    if (!mesh.vertex(vertex).pinched) {
+      add(vertex, mesh.vertex(vertex).triangle);
+      continue;
     }
+    for (const TriangleId fan : FansOf(mesh, vertex)) add(vertex, fan);
   }
   SortTriangles(triangles);
   return triangles;

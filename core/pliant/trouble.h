@@ -8,7 +8,6 @@
 #include "core/base/ids.h"
 #include "core/geometry/bounding_box.h"
 #include "core/geometry/vec2.h"
-#include "core/mesh/change_log.h"
 #include "core/mesh/mesh.h"
 #include "core/pliant/options.h"
 
@@ -69,6 +68,13 @@ struct TroubleContext {
   Permissions permissions = {};
 };
 
+/// Where troubles may be, taken down before a commit, so that who waits for that waits for no more.
+struct TroubleSearch {
+  bool everywhere = false;        ///< The mesh was never committed.
+  std::vector<VertexId> changed;  ///< Else: since the last commit; some may be dead.
+  TroubleContext context;
+};
+
 /// The places among `triangles` (ascending, live) where the metric at the mesh's vertices is not
 /// met, by falling vertex count. The same for the same mesh, whatever the order of work.
 /// @par Cost O(triangles), and O(b log b) for b bad ones
@@ -76,9 +82,10 @@ struct TroubleContext {
                                                 std::span<const TriangleId> triangles,
                                                 const TroubleContext& context);
 
-/// The live triangles, ascending: all of them, for a mesh that was never committed; else those at
-/// the vertices that have changed since the last commit.
+/// The live triangles, ascending: all of them, or those at some vertices, of which some may be
+/// dead.
 [[nodiscard]] std::vector<TriangleId> LiveTrianglesOf(const Mesh& mesh);
-[[nodiscard]] std::vector<TriangleId> TrianglesAtChanges(const Mesh& mesh, const ChangeLog& log);
+[[nodiscard]] std::vector<TriangleId> TrianglesAt(const Mesh& mesh,
+                                                  std::span<const VertexId> vertices);
 
 }  // namespace pliant

@@ -113,8 +113,9 @@ void JobRun::Commit() {
   JobResult result;
   result.advanced.progress = progress_;
   result.advanced.end = advance_end_;
-  if (progress_.active_count == 0) result.advanced.troubles = engine_->FindTroubles();
+  const TroubleSearch search = engine_->WhereTroublesMayBe();
   result.advanced.summary = engine_->Commit().summary;
+  if (progress_.active_count == 0) result.advanced.troubles = engine_->FindTroubles(search);
   result.revision = engine_->revision();
   const Clock::Time now = environment_.clock->Now();
   using std::chrono::duration_cast;

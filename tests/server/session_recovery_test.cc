@@ -36,6 +36,23 @@ TEST(SessionRecovery, GoesBackToTheLastCommitAndGoesOn) {
   EXPECT_EQ(editor->events.back().revision, Revision(2));
 }
 
+// The diff has been told by then, and so has its revision: there is where the session goes on.
+TEST(SessionRecovery, GoesOnFromACommitWhoseTroublesItCannotFind) {
+  SessionHarness harness;
+  harness.script->during_troubles = [] { PLIANT_CHECK(false, "test", "troubles"); };
+  const auto editor = harness.Edit({OpenCommand{}, Advance(1)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 1", "rejected 1"));
+  const Error& error = std::get<RejectedEvent>(editor->events[2].body).error;
+  EXPECT_EQ(error.code, ErrorCode::kInternal);
+  EXPECT_THAT(error.message, HasSubstr("back at revision 1"));
+
+  harness.script->during_troubles = nullptr;
+  editor->commands = {Advance(2)};
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_EQ(editor->events.back().revision, Revision(2));
+}
+
 TEST(SessionRecovery, EndsTheSessionWhoseMeshIsBrokenAfterGoingBack) {
   SessionHarness harness;
   const auto editor = harness.Edit({OpenCommand{}, Advance(1)});

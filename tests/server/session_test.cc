@@ -45,6 +45,23 @@ TEST(Session, CommitsItsFirstRevisionAtTheFirstAdvance) {
   EXPECT_EQ(harness.session->info().labels.at("case"), "7");
 }
 
+// Goal: a client takes over the diff while the session looks for troubles, which comes with the
+// answer; and they are those of what the commit has changed.
+TEST(Session, TellsTheDiffBeforeItLooksForTroubles) {
+  SessionHarness harness;
+  const auto editor = std::make_shared<FakeEditor>();
+  std::vector<std::string> told;
+  harness.script->during_troubles = [&] { told = editor->Log(); };
+  editor->commands = {OpenCommand{}, Advance(1)};
+  ASSERT_TRUE(harness.session->Attach(editor).ok());
+  harness.session->Wake();
+  harness.RunAll();
+  EXPECT_THAT(told, ElementsAre("opened", "diff 1"));
+  const auto& advanced = BodyOf<AdvancedEvent>(*editor, 2);
+  ASSERT_EQ(advanced.troubles.size(), 1u);
+  EXPECT_EQ(advanced.troubles[0].vertex_count, advanced.progress.counts.visits);
+}
+
 TEST(Session, TellsItsCreatorWhyItsEngineRefused) {
   SessionHarness harness({.create_error = Error{ErrorCode::kOpenLoop, "open", "domain.segments"}});
   ASSERT_FALSE(harness.start_status->ok());

@@ -43,7 +43,8 @@ struct FakeEngineScript {
   std::function<void()> during_update = {};  ///< Called while an update is staged.
   /// Called while a step runs, before it looks whether it should stop.
   std::function<void()> during_step = {};
-  double motion_fraction = 1;  ///< What a motion reaches.
+  std::function<void()> during_troubles = {};  ///< Called when troubles are looked for.
+  double motion_fraction = 1;                  ///< What a motion reaches.
   int measurement_part_count = 1;
   std::function<void()> during_measurement = {};  ///< Called in each part of a measurement.
   bool throw_in_step = false;
@@ -146,8 +147,12 @@ class FakeEngine final : public Engine {
     progress.stop_reason = work_ == 0 ? StopReason::kConverged : StopReason::kVisitBudget;
     return progress;
   }
-  std::vector<Trouble> FindTroubles() const override {
-    return {{.kind = TroubleKind::kSizeJump, .vertex_count = visits_}};
+  TroubleSearch WhereTroublesMayBe() const override {
+    return {.changed = std::vector<VertexId>(static_cast<std::size_t>(visits_)), .context = {}};
+  }
+  std::vector<Trouble> FindTroubles(const TroubleSearch& search) const override {
+    if (script_->during_troubles) script_->during_troubles();
+    return {{.kind = TroubleKind::kSizeJump, .vertex_count = std::ssize(search.changed)}};
   }
   MeshDiff Commit() override {
     PLIANT_CHECK(!script_->throw_in_commit, "test", "commit");
