@@ -11,21 +11,25 @@ Scheduler::Scheduler(int worker_count, const Clock& clock)
     : clock_(clock), worker_count_(static_cast<std::size_t>(worker_count)) {
   if (worker_count_ == 0) return;
   const std::lock_guard lock(mutex_);
-  for (std::size_t i = 0; i < worker_count_; ++i) workers_.emplace_back([this] { Work(); });
+  for (std::size_t i = 0; i < worker_count_; ++i) AddWorker();
   watcher_ = std::thread([this] { Watch(); });
 }
 
 Scheduler::~Scheduler() { Stop(); }
 
 void Scheduler::Wake(const std::shared_ptr<Task>& task) {
-  const std::lock_guard lock(mutex_);
+  std::unique_lock lock(mutex_);
   if (stopping_) return;
   switch (task->state_) {
     case Task::State::kIdle:
       task->state_ = Task::State::kQueued;
       queue_.push_back(task);
-      if (slices_.size() - replaced_count_ < worker_count_) wake_.notify_one();
       CallWatch();
+      if (Worker* const worker = CallWorker()) {
+        // Without the lock, for which the worker would have to wait at once.
+        lock.unlock();
+        worker->wake.notify_one();
+      }
       return;
     case Task::State::kRunning:
       task->state_ = Task::State::kRunningAndWoken;
@@ -51,21 +55,39 @@ void Scheduler::Stop() {
     queue_.clear();
     watcher = std::move(watcher_);
   }
-  wake_.notify_all();
   watch_.notify_all();
   if (watcher.joinable()) watcher.join();
-  for (std::thread& worker : workers_) worker.join();  // Nobody makes any more.
-  workers_.clear();
+  // Nobody makes any more; they stay, because a Wake may be about to notify one.
+  for (const auto& worker : workers_) worker->wake.notify_one();
+  for (const auto& worker : workers_) {
+    if (worker->thread.joinable()) worker->thread.join();
+  }
 }
 
-void Scheduler::Work() {
+void Scheduler::AddWorker() {
+  Worker& worker = *workers_.emplace_back(std::make_unique<Worker>());
+  worker.thread = std::thread([this, &worker] { Work(worker); });
+}
+
+/// Who is to be woken, if there is a place for another slice: the caller does it.
+Scheduler::Worker* Scheduler::CallWorker() {
+  if (idle_.empty() || !MayRun()) return nullptr;
+  Worker* const worker = idle_.back();
+  idle_.pop_back();
+  worker->called = true;
+  return worker;
+}
+
+void Scheduler::Work(Worker& self) {
   std::unique_lock lock(mutex_);
-  for (;;) {
-    wake_.wait(lock, [this] {
-      return stopping_ || (!queue_.empty() && slices_.size() - replaced_count_ < worker_count_);
-    });
-    if (stopping_) return;
-    RunFront(lock);
+  while (!stopping_) {
+    if (MayRun()) {
+      RunFront(lock);
+      continue;
+    }
+    self.called = false;
+    idle_.push_back(&self);
+    self.wake.wait(lock, [&] { return stopping_ || self.called; });
   }
 }
 
@@ -139,9 +161,9 @@ void Scheduler::HandOff(Slice& slice) {
   slice.replaced = true;
   ++replaced_count_;
   if (workers_.size() < worker_count_ + replaced_count_) {
-    workers_.emplace_back([this] { Work(); });
-  } else {
-    wake_.notify_one();
+    AddWorker();
+  } else if (Worker* const worker = CallWorker()) {
+    worker->wake.notify_one();
   }
 }
 

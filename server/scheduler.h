@@ -34,6 +34,9 @@ class Task {
 /// up a slice goes to the end of one queue. So with b busy tasks and w workers a task that wakes
 /// waits for at most ceil(b / w) slices, however much the busy ones have left to do.
 ///
+/// Of the workers that have nothing to do the one that was busy last runs the next slice: its core
+/// still holds the task that it ran, and most often it is that one's turn again.
+///
 /// A slice that does not end, because its task is in work that cannot be cut, keeps nobody waiting
 /// for longer than kHandOffMs: then another thread takes the worker's place in the queue until it
 /// is back, and the operating system shares the cores among them.
@@ -68,7 +71,19 @@ class Scheduler {
     bool replaced = false;  // Another thread has the worker's place.
   };
 
-  void Work();
+  // A thread and what wakes it while it has nothing to do.
+  struct Worker {
+    std::condition_variable wake;
+    bool called = false;
+    std::thread thread;
+  };
+
+  void AddWorker();
+  void Work(Worker& self);
+  [[nodiscard]] bool MayRun() const {
+    return !queue_.empty() && slices_.size() - replaced_count_ < worker_count_;
+  }
+  [[nodiscard]] Worker* CallWorker();
   // Both are called with the lock, and let go of it while the task runs.
   void RunFront(std::unique_lock<std::mutex>& lock);
   Task::Outcome RunUnlocked(std::unique_lock<std::mutex>& lock, Task& task, Clock::Time begin);
@@ -80,14 +95,14 @@ class Scheduler {
   const Clock& clock_;
   const std::size_t worker_count_;
   std::mutex mutex_;  // Guards all that follows and every Task::state_.
-  std::condition_variable wake_;
   std::condition_variable watch_;
   std::deque<std::shared_ptr<Task>> queue_;
   std::vector<Slice*> slices_;
   std::size_t replaced_count_ = 0;  // Of `slices_`; the others hold a worker's place.
   bool watch_sleeps_ = false;
   bool stopping_ = false;
-  std::vector<std::thread> workers_;  // The spare ones too, which are made when one is needed.
+  std::vector<std::unique_ptr<Worker>> workers_;  // The spare ones too, made when one is needed.
+  std::vector<Worker*> idle_;                     // Those that wait; the last one came last.
   std::thread watcher_;
 };
 

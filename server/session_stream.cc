@@ -69,13 +69,16 @@ void EditStream::OnReadDone(bool ok) {
 }
 
 void EditStream::OnWriteDone(bool ok) {
+  bool is_awaited = false;
   {
     const std::lock_guard lock(mutex_);
     writing_ = false;
     if (!ok) End(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
     Pump();
+    is_awaited = !ok || (awaits_room_ && outbox_.has_room());
+    if (is_awaited) awaits_room_ = false;
   }
-  WakeSession();
+  if (is_awaited) WakeSession();
 }
 
 void EditStream::OnCancel() {
@@ -107,7 +110,11 @@ void EditStream::OnDone() {
 
 std::optional<SessionCommand> EditStream::NextCommand() {
   const std::lock_guard lock(mutex_);
-  if (end_ || !outbox_.has_room()) return std::nullopt;
+  if (end_) return std::nullopt;
+  if (!outbox_.has_room()) {
+    awaits_room_ = true;
+    return std::nullopt;
+  }
   std::optional<SessionCommand> command = inbox_.Pop();
   if (command) ++commands_taken_;
   Pump();

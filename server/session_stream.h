@@ -83,6 +83,7 @@ class EditStream final : public grpc::ServerBidiReactor<v1::EditRequest, v1::Edi
   Outbox<v1::EditResponse> outbox_;
   v1::EditResponse response_;  // The one that is being written.
   int commands_taken_ = 0;     // By the session, and not done.
+  bool awaits_room_ = false;   // The session has asked for a command while there was no room.
   bool reading_ = true;        // A read is in flight or being handled.
   bool writing_ = false;
   bool client_is_done_ = false;
