@@ -9,6 +9,7 @@
 #include <iostream>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <thread>
 #include <utility>
@@ -284,6 +285,38 @@ Domain SquareWithHole() {
   return domain;
 }
 
+/// How soon advances end that follow a motion: a cancelled one commits what it has.
+json CancelAdvances(server::Engine& engine, const MotionRequest& motion, int trials, Rng& rng) {
+  std::int64_t revision = static_cast<std::int64_t>(engine.revision());
+  double commit = 0;
+  const auto advance = [&](const StopSignal* stop) {
+    StepToTheEnd(engine, stop);
+    const auto begin = steady_clock::now();
+    (void)engine.Commit();
+    commit = Seconds(steady_clock::now() - begin);
+  };
+  const auto go_back = [&] {
+    revision += 2;
+    const std::optional<RevisionDelta> way = engine.TakeUndo();
+    (void)Must(engine.Apply(*way, Revision(revision)));
+    (void)Must(engine.Move(motion));
+  };
+  (void)Must(engine.Move(motion));
+  const LongestSilence silence;
+  silence.Begin();
+  const auto begin = steady_clock::now();
+  advance(&silence);
+  const double duration = Seconds(steady_clock::now() - begin);
+  const double whole_commit = commit;
+  go_back();
+  json result = StopAtRandom(duration, trials, rng, advance, go_back);
+  result["whole_ms"] = 1e3 * duration;
+  result["commit_ms"] = 1e3 * whole_commit;
+  result["longest_unasked_ms"] = silence.longest_ms();
+  engine.Rollback();
+  return result;
+}
+
 /// How soon a first build and the staging of updates end when they are told to.
 json Cancels(double nodes, int trials) {
   Rng rng(/*seed=*/5);
@@ -339,6 +372,7 @@ json Cancels(double nodes, int trials) {
   (void)engine->Commit();
   stage("stage_formula_under_limits",
         [&] { return engine->SetMetric(Limited(DentedFormula(nodes))); });
+  result["advance_under_limits"] = CancelAdvances(*engine, shake, trials, rng);
   result["build"]["whole_ms"] = 1e3 * build;
   return {{"nodes", vertices.size()}, {"phases", result}};
 }
