@@ -115,6 +115,9 @@ Result<MetricUpdate> ConvertLimits(const v1::MetricUpdate& wire) {
   if (limits.has_geometry()) update.geometry = limits.geometry();
   if (limits.has_gap_element_count()) update.gap_element_count = limits.gap_element_count();
   if (limits.has_smoothing_count()) update.smoothing_count = limits.smoothing_count();
+  // Who chooses limits has chosen.
+  if (limits.has_gradation() || limits.has_rotation()) update.automatic = false;
+  if (limits.has_automatic()) update.automatic = limits.automatic();
   return update;
 }
 
@@ -180,7 +183,8 @@ Result<MetricSpec> ConvertFirstMetric(const v1::CreateSession& create,
                     .rotation = limits.rotation.value_or(0),
                     .geometry = limits.geometry.value_or(0),
                     .gap_element_count = limits.gap_element_count.value_or(0),
-                    .smoothing_count = limits.smoothing_count.value_or(0)};
+                    .smoothing_count = limits.smoothing_count.value_or(0),
+                    .automatic = limits.automatic.value_or(true)};
   return spec;
 }
 

@@ -294,6 +294,7 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                  "limits.geometry",
                                  "limits.gap_element_count",
                                  "limits.smoothing_count",
+                                 "limits.automatic",
                                  "part.metric",
                                  "part.fields",
                                  "part.transfer",

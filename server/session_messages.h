@@ -82,6 +82,7 @@ struct MetricUpdate {
   std::optional<double> geometry = {};
   std::optional<double> gap_element_count = {};
   std::optional<std::int32_t> smoothing_count = {};
+  std::optional<bool> automatic = {};
   std::optional<DisplacementUpdate> displacement = {};  ///< Comes before the source.
 };
 

@@ -63,7 +63,7 @@ class Listening {
 bool ChangesLimits(const MetricUpdate& update) {
   return update.time || update.size_min || update.size_max || update.anisotropy_max ||
          update.gradation || update.rotation || update.geometry || update.gap_element_count ||
-         update.smoothing_count;
+         update.smoothing_count || update.automatic;
 }
 
 Error LimitsOfTensors() {
@@ -355,6 +355,7 @@ Status StagedEngine::SetSpec(const MetricUpdate& update) {
   if (update.geometry) spec.gradation.geometry = *update.geometry;
   if (update.gap_element_count) spec.gradation.gap_element_count = *update.gap_element_count;
   if (update.smoothing_count) spec.gradation.smoothing_count = *update.smoothing_count;
+  if (update.automatic) spec.gradation.automatic = *update.automatic;
   PLIANT_RETURN_IF_ERROR(engine_->SetMetric(spec));
   spec_ = std::make_shared<const MetricSpec>(std::move(spec));
   return {};

@@ -103,6 +103,7 @@ AdvanceReport ReportOf(const LocalRun& run, const MeshDiff& diff, std::vector<Tr
           .swaps = run.progress.counts.swaps,
           .cooled_count = run.progress.counts.cooled,
           .troubles = std::move(troubles),
+          .metric = run.progress.metric,
           .compute_time = time,
           .elapsed_time = time};
 }

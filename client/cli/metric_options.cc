@@ -100,14 +100,19 @@ void AddMetricOptions(CLI::App& command, MetricOptions& options, MetricNeed need
       .add_option("--anisotropy-max", options.bounds.anisotropy_max,
                   "Greatest ratio of wanted lengths along and across; 0 is no limit")
       ->capture_default_str();
+  const auto has_chosen = [&options](const std::string&) { options.gradation.automatic = false; };
   command
       .add_option("--hgrad", options.gradation.gradation,
-                  "Sizes grow at most by this factor from one edge to the next; 0 is no limit")
-      ->capture_default_str();
+                  "Sizes grow at most by this factor from one edge to the next; 0 is no limit. "
+                  "Without --hgrad and --rotation, 1.5 and 0.7 hold where the metric cannot be met "
+                  "as it is")
+      ->each(has_chosen)
+      ->type_name("FLOAT");
   command
       .add_option("--rotation", options.gradation.rotation,
                   "Limit on how far axes turn over one long element, 0.3 to 1.4; 0 is no limit")
-      ->capture_default_str();
+      ->each(has_chosen)
+      ->type_name("FLOAT");
   command
       .add_option(
           "--geometry", options.gradation.geometry,

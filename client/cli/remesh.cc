@@ -96,12 +96,7 @@ Status Run(const RemeshOptions& options) {
   }
   report.write_seconds = watch.Lap();
   report.peak_memory_bytes = PeakMemoryBytes();
-  if (const std::string warning = StopWarning(result.report); !warning.empty()) {
-    std::cerr << "pliant: warning: " << warning << "\n";
-  }
-  if (const std::string warning = TroubleWarning(result.report); !warning.empty()) {
-    std::cerr << "pliant: warning: " << warning << "\n";
-  }
+  PrintWarnings(result.report, job.metric.gradation);
   if (!options.json.empty()) {
     PLIANT_RETURN_IF_ERROR(WriteJson(options.json, RemeshJson(report, result)));
   }

@@ -50,6 +50,15 @@ std::string StateName(client::SessionState state) {
   return "idle";
 }
 
+Json LimitsJson(const MetricReport& limits) {
+  if (!limits.limits_anything()) return nullptr;
+  return {
+      {"smoothing_count", limits.smoothing_count},    {"geometry_count", limits.geometry_count},
+      {"rotation_count", limits.rotation_count},      {"gradation_count", limits.gradation_count},
+      {"size_ratio_max", limits.size_ratio_max},      {"complexity_before", limits.raw_complexity},
+      {"complexity_after", limits.limited_complexity}};
+}
+
 Json TroublesJson(const std::vector<Trouble>& troubles) {
   Json json = Json::array();
   for (const Trouble& t : troubles) {
@@ -122,6 +131,7 @@ Json AdvanceJson(const client::AdvanceReport& advance) {
             {"deletions", advance.deletions},
             {"swaps", advance.swaps},
             {"cooled_count", advance.cooled_count}}},
+          {"limits", LimitsJson(advance.metric)},
           {"troubles", TroublesJson(advance.troubles)}};
 }
 
@@ -200,6 +210,26 @@ std::string TroubleName(TroubleKind kind) {
   return "unsettled";
 }
 
+namespace {
+
+/// What may help against troubles, a line each.
+std::string Advice(const client::AdvanceReport& report) {
+  const auto any = [&](auto is_such) {
+    return std::ranges::any_of(report.troubles, is_such, &Trouble::kind);
+  };
+  std::string text;
+  if (!report.metric.limits && any(LimitsHelp)) {
+    text += Format("\n  --hgrad %g --rotation %g make a metric that jumps or turns one to follow",
+                   GradationOptions::kUsualGradation, GradationOptions::kUsualRotation);
+  }
+  if (any([](TroubleKind kind) { return kind == TroubleKind::kGeometry; })) {
+    text += "\n  --geometry 1 with --hgrad makes edges as short as the segments of the domain";
+  }
+  return text;
+}
+
+}  // namespace
+
 std::string TroubleWarning(const client::AdvanceReport& report) {
   if (report.troubles.empty()) return {};
   constexpr std::size_t kShownMax = 5;
@@ -218,7 +248,16 @@ std::string TroubleWarning(const client::AdvanceReport& report) {
                    t.center.y, t.length_min, t.length_max, t.q_min);
   }
   if (report.troubles.size() > kShownMax) text += "\n  and more; --json has them";
-  return text;
+  return text + Advice(report);
+}
+
+std::string LimitsNote(const GradationOptions& asked, const client::AdvanceReport& report) {
+  if (!asked.awaits_need() || !report.metric.limits) return {};
+  return Format(
+      "no mesh follows this metric as it is, so --hgrad %g and --rotation %g limit it, which "
+      "asks for %.3g times as many vertices; --hgrad 0 leaves it as it is",
+      GradationOptions::kUsualGradation, GradationOptions::kUsualRotation,
+      report.metric.limited_complexity / report.metric.raw_complexity);
 }
 
 std::string StopWarning(const client::AdvanceReport& report) {
@@ -241,6 +280,14 @@ std::string StopWarning(const client::AdvanceReport& report) {
       return "stopped because the server shuts down; " + active;
   }
   return {};
+}
+
+void PrintWarnings(const client::AdvanceReport& report, const GradationOptions& asked) {
+  for (const std::string& warning : {StopWarning(report), TroubleWarning(report)}) {
+    if (!warning.empty()) std::cerr << "pliant: warning: " << warning << "\n";
+  }
+  const std::string note = LimitsNote(asked, report);
+  if (!note.empty()) std::cerr << "pliant: note: " << note << "\n";
 }
 
 std::int64_t PeakMemoryBytes() {

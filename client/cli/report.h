@@ -10,6 +10,7 @@
 #include "client/cpp/types.h"
 #include "core/base/result.h"
 #include "core/mesh/mesh_diff.h"
+#include "core/metric/gradation.h"
 #include "core/pliant/quality.h"
 
 namespace pliant::cli {
@@ -53,6 +54,13 @@ struct RemeshReport {
 /// What a person should know about places where the metric is not met, a line for the whole and one
 /// for each of the largest few; empty if there are none.
 [[nodiscard]] std::string TroubleWarning(const client::AdvanceReport& report);
+
+/// What a person should know about usual limits that were found to be needed, though nobody asked
+/// for them; empty if that did not happen.
+[[nodiscard]] std::string LimitsNote(const GradationOptions& asked,
+                                     const client::AdvanceReport& report);
+/// All three to standard error, a line or more each.
+void PrintWarnings(const client::AdvanceReport& report, const GradationOptions& asked);
 
 /// The most memory that this process has had, in bytes.
 [[nodiscard]] std::int64_t PeakMemoryBytes();

@@ -66,12 +66,7 @@ Status Create(const SessionOptions& options, Client& server) {
     static_cast<void>(server.DeleteSession(session->id()));
     return report.error();
   }
-  if (const std::string warning = StopWarning(*report); !warning.empty()) {
-    std::cerr << "pliant: warning: " << warning << "\n";
-  }
-  if (const std::string warning = TroubleWarning(*report); !warning.empty()) {
-    std::cerr << "pliant: warning: " << warning << "\n";
-  }
+  PrintWarnings(*report, metric.gradation);
   PLIANT_ASSIGN_OR_RETURN(const client::SessionInfo info, server.GetSession(session->id()));
   if (!options.json.empty()) return WriteJson(options.json, SessionJson(info));
   std::cout << session->id() << "\n";

@@ -258,6 +258,7 @@ v1::MetricUpdate ToWire(const MetricSpec& metric, ColumnWriter& columns) {
   limits.set_geometry(metric.gradation.geometry);
   limits.set_gap_element_count(metric.gradation.gap_element_count);
   limits.set_smoothing_count(metric.gradation.smoothing_count);
+  limits.set_automatic(metric.gradation.automatic);
   return message;
 }
 

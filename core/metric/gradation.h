@@ -46,6 +46,26 @@ struct GradationOptions {
   /// clean front as it is. May make a metric coarser too, and what it does depends on the mesh.
   std::int32_t smoothing_count = 0;
 
+  /// Where an update comes to rest and the metric is not met because it jumps, crosses or turns too
+  /// much (LimitsHelp of core/pliant/trouble.h), the usual `gradation` and `rotation` hold from
+  /// then on, as if they had been asked for. Means nothing where one of them is.
+  bool automatic = true;
+
+  static constexpr double kUsualGradation = 1.5;
+  static constexpr double kUsualRotation = 0.7;
+
+  /// True while nobody knows whether the usual limits are needed.
+  [[nodiscard]] constexpr bool awaits_need() const {
+    return automatic && gradation == 0 && rotation == 0;
+  }
+  /// These, with the usual limits in force.
+  [[nodiscard]] constexpr GradationOptions WithUsual() const {
+    GradationOptions usual = *this;
+    usual.gradation = kUsualGradation;
+    usual.rotation = kUsualRotation;
+    return usual;
+  }
+
   /// True if anything limits.
   [[nodiscard]] constexpr bool any() const {
     return gradation != 0 || rotation != 0 || geometry != 0 || gap_element_count != 0 ||

@@ -60,9 +60,9 @@ struct MetricSpec {
   double time = 0;  ///< The value of t in expressions, finite.
   /// Sizes given here lie in [1e-70, 1e70].
   SizeBounds bounds = {};
-  /// How much the metric may change from place to place; off unless asked for. Applied at the
-  /// vertices of the mesh by whoever follows the field (Remesher), not by the field itself.
-  /// gradation 0 or in [1, 10], rotation 0 or in [0.1, 10].
+  /// How much the metric may change from place to place; off unless asked for, or needed
+  /// (`automatic`). Applied at the vertices of the mesh by whoever follows the field (Remesher),
+  /// not by the field itself. gradation 0 or in [1, 10], rotation 0 or in [0.1, 10].
   GradationOptions gradation = {};
 
   friend bool operator==(const MetricSpec&, const MetricSpec&) = default;

@@ -128,11 +128,13 @@ SizeBounds TakeBounds(ByteReader& reader) {
 }
 
 constexpr double kMoreFollows = -1;
+constexpr double kIsAutomatic = -2;
 
 void PutGradation(const GradationOptions& gradation, ByteWriter& writer) {
   writer.Put(gradation.gradation);
   writer.Put(gradation.rotation);
-  // What came later follows a number that `geometry` cannot be.
+  // What came later follows numbers that `geometry` cannot be.
+  if (gradation.automatic) writer.Put(kIsAutomatic);
   if (gradation.smoothing_count != 0 || gradation.gap_element_count != 0) {
     writer.Put(kMoreFollows);
     writer.Put(gradation.smoothing_count);
@@ -146,6 +148,8 @@ GradationOptions TakeGradation(ByteReader& reader) {
   gradation.gradation = reader.Take<double>();
   gradation.rotation = reader.Take<double>();
   gradation.geometry = reader.Take<double>();
+  gradation.automatic = gradation.geometry == kIsAutomatic;
+  if (gradation.automatic) gradation.geometry = reader.Take<double>();
   if (gradation.geometry == kMoreFollows) {
     gradation.smoothing_count = reader.Take<std::int32_t>();
     gradation.gap_element_count = reader.Take<double>();

@@ -140,10 +140,14 @@ Result<std::vector<Metric>> FollowedMetric::Ask(const MetricField& field,
 }
 
 void FollowedMetric::Take(std::shared_ptr<MetricField> field, const MetricSpec* spec) {
+  const GradationOptions limits =
+      spec == nullptr ? GradationOptions{.automatic = false} : spec->gradation;
   state_.source = std::move(field);
   state_.spec.reset();
   state_.bounds = spec == nullptr ? SizeBounds{} : spec->bounds;
-  state_.limits = spec == nullptr ? GradationOptions{} : spec->gradation;
+  // What was needed once holds on: limits that come and go with every metric help nobody.
+  state_.usual_hold = state_.usual_hold && limits.awaits_need();
+  state_.limits = state_.usual_hold ? limits.WithUsual() : limits;
   if (spec != nullptr && IsFormula(*spec)) state_.spec = *spec;
   field_ = state_.source;
 }
@@ -336,21 +340,28 @@ std::unique_ptr<BackgroundField> FollowedMetric::CopyOf(std::span<const Metric> 
 
 Result<WantedTensors> FollowedMetric::Limit() {
   --state_.limit_rounds_left;
-  if (!limits_.on() || !committed()) return LimitAnew();
+  const bool follows = limits_.on() && limits_.options() == state_.limits;
+  if (!follows || !committed()) return LimitAnew();
   limits_.Follow(*base_, *RawField());
   PLIANT_RETURN_IF_ERROR(status());
   return LayLimits(nullptr);
 }
 
-/// Lays limits on the whole mesh. @pre the metric has a source
+void FollowedMetric::HoldUsualLimits() {
+  PLIANT_CHECK(awaits_need());
+  state_.limits = state_.limits.WithUsual();
+  state_.usual_hold = true;
+  state_.limit_rounds_left = kLimitRounds;
+}
+
+/// Lays limits on the whole mesh.
 Result<WantedTensors> FollowedMetric::LimitAnew() {
   PLIANT_RETURN_IF_ERROR(LoadLimits());
   return LayLimits(nullptr);
 }
 
 Status FollowedMetric::LoadLimits() {
-  PLIANT_CHECK(state_.source != nullptr);
-  PLIANT_ASSIGN_OR_RETURN(const WantedTensors raw, Evaluate(*state_.source));
+  PLIANT_ASSIGN_OR_RETURN(const WantedTensors raw, Evaluate(*RawField()));
   return limits_.Load(state_.limits, raw.vertices, raw.tensors);
 }
 

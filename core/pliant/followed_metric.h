@@ -44,6 +44,7 @@ class FollowedMetric {
     std::optional<MetricSpec> spec;       ///< What `source` was made from, if it can be compared.
     SizeBounds bounds;
     GradationOptions limits;
+    bool usual_hold = false;  ///< The usual ones among them, because they were needed.
     int limit_rounds_left = 0;
   };
 
@@ -89,7 +90,8 @@ class FollowedMetric {
   /// Follows a field from now on, as it is until limits are laid: for the first one of a session.
   /// @param spec  what it was made from, remembered to compare the next one with, unless it has a
   ///              background mesh: that is as large as the mesh, and comparing tensors at the
-  ///              vertices finds the same. Null for a field of the caller's own.
+  ///              vertices finds the same. Null for a field of the caller's own, which nothing
+  ///              limits.
   void Follow(std::shared_ptr<MetricField> field, const MetricSpec* spec);
 
   /// Follows another field from now on, limits laid. @param raw  Evaluate(*field)
@@ -119,6 +121,11 @@ class FollowedMetric {
   /// Limits the raw metric over the edges of the mesh as it is and follows the result.
   /// @pre limits_again() @par Cost O(changed since the last time); before the first commit O(mesh)
   [[nodiscard]] Result<WantedTensors> Limit();
+
+  /// True while it is open whether the metric needs the usual limits.
+  [[nodiscard]] bool awaits_need() const { return state_.limits.awaits_need(); }
+  /// It needs them: limits_again() from now on. @pre awaits_need()
+  void HoldUsualLimits();
 
   /// True while the metric is to be limited on the mesh that the loop has made of it: that of
   /// before may be too coarse to know the metric.

@@ -140,6 +140,10 @@ class PliantLoop {
   /// @pre no node is active
   bool Mend(Executor& executor);
 
+  /// True if the ends of updates since the last call have come upon a triangle that may be a
+  /// trouble; it may be mended by now.
+  bool TakeSawPoor() { return mender_.TakeSawPoor(); }
+
   /// Visits nodes until none is active and none waits for mending, or the budget is used up. The
   /// result does not depend on how
   /// a run is cut into budgets.

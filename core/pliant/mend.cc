@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/geometry/predicates.h"
+#include "core/pliant/trouble.h"
 
 namespace pliant {
 namespace {
@@ -21,6 +22,12 @@ constexpr double kMeritGoal = 1.1;
 
 /// A triangle with a node whose metric has changed is bad below this merit, others below 1.
 constexpr double kWarmMerit = 1.03;
+
+/// What FindTroubles takes for bad is below this merit.
+constexpr double kPoorMerit =
+    1e-9 + std::max({kTroubleQuality / kQualityWanted,
+                     kTroubleLengthMin* kTroubleLengthMin / kSquaredShortest,
+                     kSquaredLongest / (kTroubleLengthMax * kTroubleLengthMax)});
 
 /// A change must lessen the shortfall around it by this share, and by this much.
 constexpr double kGainShare = 0.05;
@@ -138,7 +145,10 @@ bool Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since, Execut
   }
   std::vector<VertexId> nodes(state_.waiting.begin() + static_cast<std::ptrdiff_t>(state_.next),
                               state_.waiting.end());
-  for (const auto& part : parts) nodes.insert(nodes.end(), part.begin(), part.end());
+  for (const Part& part : parts) {
+    nodes.insert(nodes.end(), part.nodes.begin(), part.nodes.end());
+    state_.saw_poor = state_.saw_poor || part.saw_poor;
+  }
   SortAndDropRepeats(nodes);
   state_.waiting = std::move(nodes);
   state_.next = 0;
@@ -149,13 +159,13 @@ Mender::Parts Mender::FindBad(std::uint32_t reached_since, Executor& executor) c
   const Chunks chunks(mesh_.triangle_slots());
   Parts parts(static_cast<std::size_t>(chunks.count()));
   executor.Run(chunks.count(), [&](std::int32_t chunk) {
-    std::vector<VertexId>& part = parts[static_cast<std::size_t>(chunk)];
+    Part& part = parts[static_cast<std::size_t>(chunk)];
     for (std::int64_t t = chunks.begin(chunk); t < chunks.end(chunk); ++t) {
       const TriangleId id(static_cast<std::int32_t>(t));
       if (!mesh_.triangle(id).live) continue;
       const bool is_reached = std::ranges::any_of(
           mesh_.triangle(id).vertices, [&](VertexId v) { return IsReached(v, reached_since); });
-      if (is_reached) AddCornersOf(id, part);
+      if (is_reached) AddCornersIfBad(id, part);
     }
   });
   return parts;
@@ -165,21 +175,21 @@ Mender::Parts Mender::FindBadAmongChanged(std::uint32_t reached_since, Executor&
   const auto is_reached = [&](VertexId id) {
     return mesh_.vertex(id).touched && IsReached(id, reached_since);
   };
-  const auto add_bad = [&](const Star& star, std::vector<VertexId>& nodes) {
+  const auto add_bad = [&](const Star& star, Part& part) {
     const VertexId id = star.center();
     for (const TriangleId t : star.triangles()) {
       // Of several that are reached, the first looks at a triangle.
       const auto& v = mesh_.triangle(t).vertices;
       const bool is_first = std::all_of(
           v.begin(), v.end(), [&](VertexId corner) { return corner >= id || !is_reached(corner); });
-      if (is_first) AddCornersOf(t, nodes);
+      if (is_first) AddCornersIfBad(t, part);
     }
   };
   const auto& changed = edit_.log().vertices;
   const Chunks chunks(std::ssize(changed));
   Parts parts(static_cast<std::size_t>(chunks.count()));
   executor.Run(chunks.count(), [&](std::int32_t chunk) {
-    std::vector<VertexId>& part = parts[static_cast<std::size_t>(chunk)];
+    Part& part = parts[static_cast<std::size_t>(chunk)];
     Star star;
     for (std::int64_t i = chunks.begin(chunk); i < chunks.end(chunk); ++i) {
       const VertexId id = changed[static_cast<std::size_t>(i)].first;
@@ -214,7 +224,9 @@ Mender::Mended Mender::VisitNext(const MetricField& field) {
       mended.moves = record.edge.valid() ? Slide(field) : Move(field);
     }
     if (mended.swaps + mended.moves > 0) {
-      for (const TriangleId t : star_.triangles()) AddCornersOf(t, state_.next_round);
+      Part part{.nodes = std::move(state_.next_round)};
+      for (const TriangleId t : star_.triangles()) AddCornersIfBad(t, part);
+      state_.next_round = std::move(part.nodes);
     }
   }
   if (done()) {
@@ -243,19 +255,27 @@ void Mender::Renumber(std::span<const VertexId> new_ids) {
   renumber(state_.moved);
 }
 
-void Mender::AddCornersOf(TriangleId triangle, std::vector<VertexId>& nodes) const {
-  if (!mesh_.triangle(triangle).live || !IsBad(triangle)) return;
+void Mender::AddCornersIfBad(TriangleId triangle, Part& part) const {
+  if (!mesh_.triangle(triangle).live) return;
+  const double merit = MeritAt(triangle);
+  if (!IsBad(triangle, merit)) return;
   const auto& corners = mesh_.triangle(triangle).vertices;
-  nodes.insert(nodes.end(), corners.begin(), corners.end());
+  part.nodes.insert(part.nodes.end(), corners.begin(), corners.end());
+  part.saw_poor = part.saw_poor || merit < kPoorMerit;
 }
 
-bool Mender::IsBad(TriangleId triangle) const {
+/// Infinite where it is surely good.
+double Mender::MeritAt(TriangleId triangle) const {
   const auto& v = mesh_.triangle(triangle).vertices;
   const Shape shape = ShapeOf(CornerAt(mesh_, v[0]), CornerAt(mesh_, v[1]), CornerAt(mesh_, v[2]));
-  if (IsSurelyAbove(shape, kWarmMerit)) return false;
-  const double merit = MeritOf(shape);
-  return merit < 1 ||
-         (merit < kWarmMerit && std::ranges::any_of(v, [&](VertexId c) { return IsWarm(c); }));
+  if (IsSurelyAbove(shape, kWarmMerit)) return std::numeric_limits<double>::infinity();
+  return MeritOf(shape);
+}
+
+bool Mender::IsBad(TriangleId triangle, double merit) const {
+  if (merit >= kWarmMerit) return false;
+  return merit < 1 || std::ranges::any_of(mesh_.triangle(triangle).vertices,
+                                          [&](VertexId corner) { return IsWarm(corner); });
 }
 
 bool Mender::IsReached(VertexId node, std::uint32_t since) const {

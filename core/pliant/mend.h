@@ -69,6 +69,9 @@ class Mender {
 
   /// The nodes that were moved since the last call, ascending, each once.
   std::vector<VertexId> TakeMoved();
+  /// True if Start has come upon a triangle since the last call that may be a trouble (trouble.h);
+  /// it may be mended by now.
+  bool TakeSawPoor() { return std::exchange(state_.saw_poor, false); }
 
   /// Nodes are visited in rounds, each in ascending order of slot: the next round has the vertices
   /// of triangles that a visit changed and that are still bad.
@@ -78,6 +81,7 @@ class Mender {
     std::vector<VertexId> waiting;
     std::size_t next = 0;
     std::vector<VertexId> next_round;
+    bool saw_poor = false;  // Since the last TakeSawPoor.
   };
   [[nodiscard]] const State& state() const { return state_; }
   void Restore(State state) { state_ = std::move(state); }
@@ -85,12 +89,18 @@ class Mender {
   void Renumber(std::span<const VertexId> new_ids);
 
  private:
-  /// Parts of a list of nodes, each made on its own.
-  using Parts = std::vector<std::vector<VertexId>>;
+  /// What was found in a part of the mesh.
+  struct Part {
+    std::vector<VertexId> nodes;  ///< At bad triangles.
+    bool saw_poor = false;        ///< Some of these may be troubles.
+  };
+  using Parts = std::vector<Part>;
   [[nodiscard]] Parts FindBad(std::uint32_t reached_since, Executor& executor) const;
   [[nodiscard]] Parts FindBadAmongChanged(std::uint32_t reached_since, Executor& executor) const;
   [[nodiscard]] bool IsReached(VertexId node, std::uint32_t since) const;
-  [[nodiscard]] bool IsBad(TriangleId triangle) const;
+  [[nodiscard]] double MeritAt(TriangleId triangle) const;
+  [[nodiscard]] bool IsBad(TriangleId triangle, double merit) const;
+  [[nodiscard]] bool IsBad(TriangleId triangle) const { return IsBad(triangle, MeritAt(triangle)); }
   [[nodiscard]] bool IsWarm(VertexId node) const;
   /// Sum of the shortfalls of the star's triangles with its center at `position`.
   [[nodiscard]] double StarShortfall(Vec2 position, const Metric& metric) const;
@@ -107,7 +117,7 @@ class Mender {
   [[nodiscard]] Arrival Arrive(const MetricField& field, Vec2 target) const;
   bool SwapOne();
   [[nodiscard]] bool WantsSwap(Side side) const;
-  void AddCornersOf(TriangleId triangle, std::vector<VertexId>& nodes) const;
+  void AddCornersIfBad(TriangleId triangle, Part& part) const;
 
   MeshEdit& edit_;
   const Mesh& mesh_;

@@ -52,8 +52,11 @@ class MeshLimits {
   explicit MeshLimits(const MeshEdit& edit) : edit_(edit), mesh_(edit.mesh()) {}
 
   [[nodiscard]] bool on() const { return limiter_ != nullptr; }
+  /// Those of the last Load; all off where nothing limits.
+  [[nodiscard]] const GradationOptions& options() const { return options_; }
   void TurnOff() {
     limiter_ = nullptr;
+    options_ = {};
     report_ = {};
   }
   /// Begins anew with a raw tensor for every vertex. @par Cost O(mesh), and Update too

@@ -93,6 +93,7 @@ class Remesher::Impl {
   void LeaveNestedBuild();
   Status LetMetricFollow();
   Status LimitAgain();
+  [[nodiscard]] bool NeedsLimits();
   [[nodiscard]] const StopSignal* StopOfWhole() const;
   Status ApplyOrGoBack(Result<WantedTensors> wanted, const StopSignal* stop,
                        std::optional<FollowedMetric::Way> way);

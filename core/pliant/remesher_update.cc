@@ -243,7 +243,11 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
     PLIANT_RETURN_IF_ERROR(LimitAgain());
     if (loop_.active_count() > 0) continue;
     StoppableExecutor executor(helpers_.executor(), budget.stop);
-    if (!loop_.Mend(executor)) break;
+    if (!loop_.Mend(executor)) {
+      if (progress.stop_reason != StopReason::kConverged || !NeedsLimits()) break;
+      followed_.HoldUsualLimits();
+      continue;
+    }
     if (!executor.stopped()) continue;
     progress.stop_reason = StopReason::kCancelled;
     break;
@@ -311,6 +315,15 @@ Status Remesher::Impl::LimitAgain() {
   PLIANT_RETURN_IF_ERROR(Apply(std::move(wanted), nullptr));
   if (loop_.active_count() == 0) followed_.EndRounds();
   return {};
+}
+
+/// True if the update has come to rest with a metric that it cannot meet, where the usual limits
+/// help. Mending tells cheaply that nothing is wrong, as nearly always.
+bool Remesher::Impl::NeedsLimits() {
+  const bool saw_poor = loop_.TakeSawPoor();
+  if (!saw_poor || !followed_.awaits_need()) return false;
+  return std::ranges::any_of(FindTroubles(WhereTroublesMayBe()),
+                             [](const Trouble& trouble) { return LimitsHelp(trouble.kind); });
 }
 
 /// Takes over tensors that differ by more than the tolerance, and wakes their nodes. Smaller

@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 3};  // "PLRD"
+constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 4};  // "PLRD"
 constexpr char kDeltaName[] = "revision record";
 
 /// Where a field comes from when it is read.
@@ -106,6 +106,7 @@ Status WriteMetricState(const FollowedMetric::State& state, const FollowedMetric
   PutSpec(state.spec ? &*state.spec : nullptr, writer);
   PutBounds(state.bounds, writer);
   PutGradation(state.limits, writer);
+  writer.Put(static_cast<std::uint8_t>(state.usual_hold ? 1 : 0));
   writer.Put(static_cast<std::int32_t>(state.limit_rounds_left));
   return {};
 }
@@ -129,6 +130,7 @@ FollowedMetric::State ReadMetricState(ByteReader& reader, const FollowedMetric::
   state.bounds = TakeBounds(reader);
   state.limits = TakeGradation(reader);
   if (!FollowedMetric::Check({.gradation = state.limits}).ok()) reader.Fail();
+  state.usual_hold = reader.Take<std::uint8_t>() != 0;
   state.limit_rounds_left = reader.Take<std::int32_t>();
   if (state.limit_rounds_left < 0 || state.limit_rounds_left > 100) reader.Fail();
   return state;
@@ -196,6 +198,7 @@ void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer) {
   PutNodes(state.mender.moved, writer);
   PutNodes(std::span(state.mender.waiting).subspan(state.mender.next), writer);
   PutNodes(state.mender.next_round, writer);
+  writer.Put(static_cast<std::uint8_t>(state.mender.saw_poor ? 1 : 0));
   const InsertionAllowance::State& allowance = state.allowance.state();
   writer.Put(allowance.used);
   writer.Put(allowance.granted);
@@ -228,6 +231,7 @@ PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots) {
   state.mender.moved = TakeNodes(reader, vertex_slots);
   state.mender.waiting = TakeNodes(reader, vertex_slots);
   state.mender.next_round = TakeNodes(reader, vertex_slots);
+  state.mender.saw_poor = reader.Take<std::uint8_t>() != 0;
   InsertionAllowance::State allowance;
   allowance.used = reader.Take<std::int64_t>();
   allowance.granted = reader.Take<std::int64_t>();

@@ -38,6 +38,12 @@ enum class TroubleKind {
   kUnsettled,
 };
 
+/// True of kinds that limits on the metric can cure: GradationOptions::gradation and rotation.
+[[nodiscard]] constexpr bool LimitsHelp(TroubleKind kind) {
+  return kind == TroubleKind::kCrossed || kind == TroubleKind::kCurvature ||
+         kind == TroubleKind::kSizeJump;
+}
+
 /// A triangle is bad if its Q (Quality::q_mean) is below this, or an edge of it has an eq. 4 length
 /// outside [kTroubleLengthMin, kTroubleLengthMax]. Where a metric can be met the loop keeps well
 /// away from all three (min Q 0.6, lengths 0.6 to 1.6); where it was cooled, edges of up to about 2

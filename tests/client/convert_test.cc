@@ -93,6 +93,7 @@ TEST(Convert, AMetricSaysEverythingAboutItself) {
   EXPECT_TRUE(message.limits().has_geometry());
   EXPECT_TRUE(message.limits().has_gap_element_count());
   EXPECT_TRUE(message.limits().has_smoothing_count());
+  EXPECT_TRUE(message.limits().automatic());
 }
 
 TEST(Convert, AnIntersectionIsSeveralSources) {

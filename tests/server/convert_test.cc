@@ -71,6 +71,26 @@ TEST(ConvertCreate, ReadsADomainAMetricAndOptions) {
   EXPECT_TRUE(input->engine.options.permissions.insert);
 }
 
+// Goal: limits come into force by themselves only where nobody has chosen any.
+TEST(ConvertCreate, ChosenLimitsAreNotAutomatic) {
+  const auto is_automatic = [](auto set) {
+    v1::CreateSession create = test::UnitSquare();
+    set(*create.mutable_metric()->mutable_limits());
+    const Result<SessionInput> input = ConvertCreate(create, kLimits);
+    EXPECT_TRUE(input.ok());
+    return input->engine.metric.gradation.automatic;
+  };
+  EXPECT_TRUE(is_automatic([](v1::MetricLimits&) {}));
+  EXPECT_TRUE(is_automatic([](v1::MetricLimits& limits) { limits.set_geometry(1); }));
+  EXPECT_FALSE(is_automatic([](v1::MetricLimits& limits) { limits.set_gradation(0); }));
+  EXPECT_FALSE(is_automatic([](v1::MetricLimits& limits) { limits.set_rotation(0.7); }));
+  EXPECT_FALSE(is_automatic([](v1::MetricLimits& limits) { limits.set_automatic(false); }));
+  EXPECT_TRUE(is_automatic([](v1::MetricLimits& limits) {
+    limits.set_gradation(0);
+    limits.set_automatic(true);
+  }));
+}
+
 TEST(ConvertCreate, KeepsTheEnginesDefaultsWhereNothingIsSaid) {
   const Result<SessionInput> input = ConvertCreate(test::UnitSquare(), kLimits);
   ASSERT_TRUE(input.ok());

@@ -56,6 +56,9 @@ class Limits:
             Growth from there needs `hgrad`.
         tensor_smoothing: how many times each tensor is averaged with those of its neighbours, 0 to
             8; 1 or 2 for tensors with noise. May make the metric coarser too.
+        automatic: where an update comes to rest and the metric is not met because it jumps, crosses
+            or turns too much, hgrad 1.5 and rotation 0.7 hold from then on. True for a new session,
+            until `hgrad` or `rotation` is given, also as 0.
     """
 
     h_min: Optional[float] = None
@@ -66,6 +69,7 @@ class Limits:
     geometry: Optional[float] = None
     gap_elements: Optional[float] = None
     tensor_smoothing: Optional[int] = None
+    automatic: Optional[bool] = None
 
     def to_wire(self):
         """The message; None if nothing is set."""
@@ -75,7 +79,8 @@ class Limits:
                                        anisotropy_max=self.anisotropy_max, gradation=self.hgrad,
                                        rotation=self.rotation, geometry=self.geometry,
                                        gap_element_count=self.gap_elements,
-                                       smoothing_count=self.tensor_smoothing)
+                                       smoothing_count=self.tensor_smoothing,
+                                       automatic=self.automatic)
 
 
 @dataclass(frozen=True)

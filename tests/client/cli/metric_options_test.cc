@@ -49,10 +49,14 @@ TEST(MetricOptions, FormulasTimeAndBoundsReachTheSpecification) {
   EXPECT_EQ(spec->gradation.rotation, 0.7);
   EXPECT_EQ(spec->gradation.gap_element_count, 3);
   EXPECT_EQ(spec->gradation.smoothing_count, 2);
+  EXPECT_FALSE(spec->gradation.automatic);
 
   const auto size = MakeMetricSpec(Parsed("--size 0.1+x"), UnitSquare(), "in.poly");
   ASSERT_TRUE(size.ok());
   EXPECT_EQ(std::get<SizeMetric>(size->source), SizeMetric{"0.1+x"});
+  EXPECT_TRUE(size->gradation.awaits_need());
+  EXPECT_FALSE(Parsed("--size 1 --hgrad 0").gradation.automatic) << "0 is a choice, too";
+  EXPECT_FALSE(Parsed("--size 1 --rotation 0").gradation.automatic);
 }
 
 TEST(MetricOptions, SeveralSourcesAreIntersected) {

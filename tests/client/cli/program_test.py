@@ -21,6 +21,7 @@ PLIANTD = os.environ.get("PLIANTD")
 DATA = pathlib.Path(__file__).parents[2] / "data" / "cli"
 PLATE = str(DATA / "plate.poly")
 SIZE = ["--size", "0.05+0.1*abs(x-1)"]
+JUMP = ["--size", "x < 1 ? 0.2 : 0.01"]
 needs_server = pytest.mark.skipif(not PLIANTD, reason="PLIANTD is not set")
 
 
@@ -176,11 +177,25 @@ def test_a_limit_that_ends_the_loop_is_a_warning(tmp_path):
     assert "--visits-max" in done.stderr and "still active" in done.stderr
 
 
+@pytest.mark.parametrize("where", ["here", "server"])
+def test_a_metric_that_no_mesh_follows_is_limited_and_a_note_says_so(tmp_path, where, request):
+    place = ["--local"] if where == "here" else ["--server", request.getfixturevalue("server")]
+    done = subprocess.run([PLIANT, "remesh", PLATE, *JUMP, "-o", tmp_path / "m.mesh", *place,
+                           "--json", tmp_path / "r.json"],
+                          capture_output=True, text=True, check=True)
+    assert "pliant: note:" in done.stderr and "--hgrad 0" in done.stderr
+    assert "warning" not in done.stderr
+    report = json.loads((tmp_path / "r.json").read_text())
+    assert report["troubles"] == [] and report["quality"]["q_min"] > 0.7
+    assert report["limits"]["gradation_count"] > 0
+
+
 def test_a_metric_that_cannot_be_met_is_a_warning_that_says_where_and_why(tmp_path):
-    done = subprocess.run([PLIANT, "remesh", PLATE, "--size", "x < 1 ? 0.2 : 0.01", "-o",
+    done = subprocess.run([PLIANT, "remesh", PLATE, *JUMP, "--hgrad", "0", "-o",
                            tmp_path / "m.mesh", "--local", "--json", tmp_path / "r.json"],
                           capture_output=True, text=True, check=True)
     assert "the metric is not met at" in done.stderr and "size_jump" in done.stderr
+    assert "--hgrad 1.5 --rotation 0.7" in done.stderr
     jumps = [trouble for trouble in json.loads((tmp_path / "r.json").read_text())["troubles"]
              if trouble["kind"] == "size_jump"]
     assert jumps and all(t["box"][0] < 1.05 and t["box"][2] > 0.7 for t in jumps)

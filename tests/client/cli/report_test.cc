@@ -37,7 +37,8 @@ TEST(Report, TheReportHasTheDocumentedFields) {
   EXPECT_THAT(Keys(json), ElementsAre("pliant_version", "mode", "input", "output", "vertex_count",
                                       "triangle_count", "constrained_edge_count", "state_hash",
                                       "stop", "active_count", "seconds", "peak_memory_bytes",
-                                      "loop", "troubles", "quality"));
+                                      "loop", "limits", "troubles", "quality"));
+  EXPECT_TRUE(json["limits"].is_null()) << "nothing limited the metric";
   EXPECT_EQ(json["mode"], "local");
   EXPECT_EQ(json["vertex_count"], 4);
   EXPECT_EQ(json["state_hash"], "0000000000000abc") << "16 digits: JSON has no 64-bit numbers";
@@ -103,6 +104,33 @@ TEST(Report, TroublesAreNamedCountedAndPlaced) {
   EXPECT_EQ(json[0]["box"], Json({0.0, -9.0, 1.0, -7.0}));
   EXPECT_EQ(json[1]["kind"], "geometry");
   EXPECT_EQ(json[1]["vertex_count"], 34);
+}
+
+TEST(Report, TroublesComeWithWhatMayHelp) {
+  client::AdvanceReport report;
+  report.troubles = {{.kind = TroubleKind::kCrossed}};
+  EXPECT_THAT(TroubleWarning(report), HasSubstr("--hgrad 1.5 --rotation 0.7"));
+  EXPECT_THAT(TroubleWarning(report), Not(HasSubstr("--geometry")));
+  report.metric.limits = true;
+  EXPECT_THAT(TroubleWarning(report), Not(HasSubstr("--hgrad"))) << "they did not help";
+  report.troubles = {{.kind = TroubleKind::kGeometry}};
+  EXPECT_THAT(TroubleWarning(report), HasSubstr("--geometry 1"));
+}
+
+TEST(Report, LimitsThatNobodyAskedForAreTold) {
+  client::AdvanceReport report;
+  EXPECT_THAT(LimitsNote({}, report), IsEmpty());
+  report.metric.limits = true;
+  report.metric.gradation_count = 7;
+  report.metric.raw_complexity = 100;
+  report.metric.limited_complexity = 125;
+  EXPECT_THAT(LimitsNote({}, report), HasSubstr("1.25 times as many vertices; --hgrad 0"));
+  EXPECT_THAT(LimitsNote({.gradation = 2}, report), IsEmpty());
+  EXPECT_THAT(LimitsNote({.automatic = false}, report), IsEmpty());
+  const Json json = AdvanceJson(report)["limits"];
+  EXPECT_EQ(json["gradation_count"], 7);
+  EXPECT_EQ(json["complexity_before"], 100);
+  EXPECT_EQ(json["complexity_after"], 125);
 }
 
 TEST(Report, TextForPeopleHasEveryMeasure) {

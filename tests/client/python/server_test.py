@@ -179,7 +179,7 @@ def test_time_and_limits(client):
         coarse = len(one.mesh.points)
         one.update_metric(hmax=0.2)
         assert fine > 2 * coarse > 2 * len(one.mesh.points)
-        one.update_metric(pliant.metric.size("x < 0.5 ? 0.02 : 0.2"))
+        one.update_metric(pliant.metric.size("x < 0.5 ? 0.02 : 0.2"), automatic=False)
         jump = len(one.mesh.points)
         one.update_metric(hgrad=1.2)
         assert len(one.mesh.points) > 1.1 * jump
@@ -187,7 +187,7 @@ def test_time_and_limits(client):
 
 def test_limits_report_what_they_did(client):
     jump = pliant.metric.size("x < 0.5 ? 0.02 : 0.2")
-    with client.create_session(domain=square(), metric=jump) as one:
+    with client.create_session(domain=square(), metric=jump, automatic=False) as one:
         assert one.update_metric(pliant.metric.size("x < 0.5 ? 0.02 : 0.18")).limits == {}
         assert one.quality("raw").complexity == one.quality().complexity
         limits = one.update_metric(hgrad=1.3).limits
@@ -220,6 +220,20 @@ def test_geometry_limits_the_size_at_short_segments(client):
         assert diff.limits["GEOMETRY"].vertex_count == 2
         one.update_metric(geometry=0)
         assert near >= 2 * count_near()
+
+
+def test_limits_come_into_force_where_no_mesh_follows_the_metric(client):
+    jump = pliant.metric.size("x < 0.5 ? 0.01 : 0.2")
+    with client.create_session(domain=square(), metric=jump) as one:
+        assert one.quality().q_min > 0.7
+        diff = one.update_metric(pliant.metric.size("x < 0.4 ? 0.01 : 0.2"))
+        assert not diff.troubles
+        assert diff.limits["GRADATION"].vertex_count > 0
+        diff = one.update_metric(hgrad=0)
+        assert diff.troubles
+        assert diff.limits == {}
+    with client.create_session(domain=square(), metric=jump, automatic=False) as one:
+        assert one.quality().q_min < 0.4
 
 
 def test_smoothing_takes_noise_out_of_tensors(client):
@@ -429,7 +443,7 @@ def test_large_mesh(client, capsys):
 def test_a_jump_of_the_size_is_reported_as_trouble(client):
     with client.create_session(domain=square(), metric=pliant.metric.size(0.05)) as one:
         assert one.update_metric(pliant.metric.size(0.051)).troubles == ()
-        diff = one.update_metric(pliant.metric.size("x < 0.5 ? 0.2 : 0.01"))
+        diff = one.update_metric(pliant.metric.size("x < 0.5 ? 0.2 : 0.01"), automatic=False)
         jumps = [trouble for trouble in diff.troubles if trouble.kind == "SIZE_JUMP"]
         assert jumps and len(diff.troubles) <= 32
         for trouble in jumps:
