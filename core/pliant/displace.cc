@@ -291,6 +291,7 @@ Result<MeshChange::Outcome> DisplaceVertices::Apply(MeshEdit& edit) {
   std::optional<Displaced> displaced = Displace(edit, list, behind_);
   if (!displaced) return outcome;
   displaced_count_ = 0;
+  outcome.follows_front = true;
   outcome.disturbed = std::move(displaced->disturbed);
   for (const Displacement& one : list) {
     if (mesh.IsLive(one.vertex) && mesh.position(one.vertex) != one.to) continue;  // Was blocked.

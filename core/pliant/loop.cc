@@ -33,6 +33,22 @@ constexpr int kVisitsOfTired = 2;
 /// longer than the thresholds, so that rounding off the last bit of a rest does not travel.
 constexpr double kCalmOfCold = 5.0 / 3;
 
+/// With the threshold of a build, what a front leaves behind that was carried on has 8 % more nodes
+/// than its metric asks for.
+constexpr double kInsertAboveBehindBody = 1.15;
+constexpr double kInsertAboveBehindFront = 1.13;
+
+/// A node with five neighbours is, beside one with seven, where a row of the lattice ends: without
+/// it the row ends one node earlier, and nothing else changes. To delete one with six neighbours
+/// tears three such pairs open. So where a metric has become a little coarser, rows that end there
+/// are shortened long before a node in the middle of one is too close to the others.
+constexpr double kEndOfRow = 1.12;
+constexpr std::size_t kNeighborsAtEnd = 5;
+
+/// Far from a front many small changes of the metric reach the tolerance, here and there: a node
+/// that has changed is not moved by short steps in so many visits, until its neighbours ask for it.
+constexpr int kPatientVisits = 2;
+
 }  // namespace
 
 LoopSettings SettingsOf(const Options& options) {
@@ -136,13 +152,22 @@ void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
 
 PliantLoop::Heat PliantLoop::HeatOf(const VisitState& visit) const {
   const LoopSettings& settings = state_.settings;
+  const double insert_above = left_behind_ == LeftBehind::kNothing  ? 1
+                              : left_behind_ == LeftBehind::kByBody ? kInsertAboveBehindBody
+                                                                    : kInsertAboveBehindFront;
   if (options_.variant == Variant::kPaper || visit.age <= settings.age_cooling) {
-    return {1, insert_above_, settings.alpha};
+    return {.delete_below = 1,
+            .delete_end_below = left_behind_ == LeftBehind::kByFront ? kEndOfRow : 1,
+            .insert_above = insert_above,
+            .alpha = settings.alpha};
   }
   const double x = std::clamp(static_cast<double>(visit.age - settings.age_cooling) /
                                   (settings.age_max - settings.age_cooling),
                               0.0, 1.0);
-  return {1 - x, insert_above_ + 2 * x, settings.alpha * (1 - 0.8 * x)};
+  return {.delete_below = 1 - x,
+          .delete_end_below = 1 - x,
+          .insert_above = insert_above + 2 * x,
+          .alpha = settings.alpha * (1 - 0.8 * x)};
 }
 
 VisitState PliantLoop::CurrentVisit(VertexId node) const {
@@ -373,6 +398,14 @@ double PliantLoop::MoveOnSegment(const MetricField& field, Vec2 step) {
   return speed;
 }
 
+bool PliantLoop::IsRest(double speed) const {
+  if (!IsUpdate()) return false;
+  const VisitState& visit = mesh_.vertex(star_.center()).visit;
+  const bool patient =
+      left_behind_ == LeftBehind::kByFront && !visit.cold && visit.age <= kPatientVisits;
+  return (patient ? 1 : 2) * speed <= state_.settings.speed_threshold;
+}
+
 bool PliantLoop::StaysPositive(Vec2 center) const {
   for (std::size_t k = 0; k < star_.triangles().size(); ++k) {
     if (Orient2d(center, mesh_.position(star_.ring()[k]), mesh_.position(star_.ring_after(k))) <=
@@ -394,7 +427,9 @@ bool PliantLoop::Swap() {
 }
 
 bool PliantLoop::TryDelete(double extent, const Heat& heat) {
-  if (extent >= heat.delete_below) return false;
+  const bool ends_row =
+      star_.ring().size() <= kNeighborsAtEnd && !mesh_.vertex(star_.center()).edge.valid();
+  if (extent >= (ends_row ? heat.delete_end_below : heat.delete_below)) return false;
   const int hop = mesh_.vertex(star_.center()).visit.hop;
   const std::optional<std::int32_t> swaps =
       RemoveNode(edit_, flipper_, star_,

@@ -83,10 +83,15 @@ class PliantLoop {
   /// Begins an update: ages and hops count from zero again.
   void BeginUpdate(const LoopSettings& settings);
 
-  /// Until the next commit, or the way back to the last: edges are split above an extent of 1.15
-  /// instead of 1. With the threshold of a build, what a front leaves behind that was carried on
-  /// has 8 % more nodes than its metric asks for.
-  void InsertLess() { insert_above_ = 1.15; }
+  /// What vertices have left behind that were carried along, until the next commit or the way back
+  /// to the last.
+  enum class LeftBehind {
+    kNothing,
+    kByBody,   ///< Or its layer: edges are split above an extent of 1.15 instead of 1.
+    kByFront,  ///< Above 1.13, and rows of the lattice that end there are shortened (`kEndOfRow`),
+               ///< and nodes whose metric has changed wait with short steps (`kPatientVisits`).
+  };
+  void Follow(LeftBehind what) { left_behind_ = what; }
 
   /// Wakes a node whose metric or geometry has changed: hop 0, age 0, as if it were new.
   void Wake(VertexId node);
@@ -173,7 +178,7 @@ class PliantLoop {
   void ResetCounts() {
     state_.counts = {};
     first_epoch_ = state_.epoch;
-    insert_above_ = 1;
+    left_behind_ = LeftBehind::kNothing;
   }
   /// Another number with every BeginUpdate.
   [[nodiscard]] std::uint32_t epoch() const { return state_.epoch; }
@@ -191,6 +196,7 @@ class PliantLoop {
   /// that cannot be met only smooth.
   struct Heat {
     double delete_below = 1;
+    double delete_end_below = 1;  ///< For a node with five neighbours or less.
     double insert_above = 1;
     double alpha = 0;
   };
@@ -266,9 +272,7 @@ class PliantLoop {
   }
   /// Whether a step is so short, half of what would keep its node awake, that an update does not
   /// take it: a visit that finds nothing to do leaves every bit as it was.
-  [[nodiscard]] bool IsRest(double speed) const {
-    return 2 * speed <= state_.settings.speed_threshold && IsUpdate();
-  }
+  [[nodiscard]] bool IsRest(double speed) const;
   double MoveFree(const MetricField& field, Vec2 step);
   double MoveOnSegment(const MetricField& field, Vec2 step);
   [[nodiscard]] bool StaysPositive(Vec2 center) const;
@@ -293,7 +297,7 @@ class PliantLoop {
   Star star_;
   Patch patch_;
   State state_;
-  double insert_above_ = 1;        // Not in the state: a commit and a way back end it.
+  LeftBehind left_behind_ = LeftBehind::kNothing;  // Not in the state: a commit ends it.
   std::uint32_t first_epoch_ = 0;  // Nodes reached since the last commit have this or a later one.
   VisitAudit audit_;               // Idle unless kValidateEvery.
   std::vector<VertexId> aside_;

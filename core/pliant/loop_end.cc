@@ -69,7 +69,7 @@ void PliantLoop::Restore(State state) {
   mender_.Restore(std::exchange(state.mender, {}));
   state_ = std::move(state);
   first_epoch_ = state_.epoch;
-  insert_above_ = 1;
+  left_behind_ = LeftBehind::kNothing;
   refined_ = false;
 }
 

@@ -25,6 +25,8 @@ class MeshChange {
     /// Live vertices that brought their tensors along: the metric follows them. None twice and
     /// none of `moved`.
     std::vector<VertexId> carriers;
+    /// True if these went along with a front of the metric, and not with a body.
+    bool follows_front = false;
   };
 
   virtual ~MeshChange() = default;

@@ -25,10 +25,19 @@ constexpr int kSecondTries = 2;
 constexpr double kDifferenceMax = 4;
 /// A shift explains the change if it leaves this share of the differences.
 constexpr double kExplained = 0.3;
+/// One that leaves more than this share may lie in a valley beside the right one: it is looked for
+/// again, by all samples.
+constexpr double kDoubtful = 0.15;
+/// What was sent is exact, so that the way back to the old tensors leaves less than this share.
+constexpr double kDoubtfulBack = 0.004;
 /// Newton's steps end when one leaves more than this share.
 constexpr double kEnough = 0.98;
 /// A look around that finds no shift with less than this share of the differences ends the search.
 constexpr double kPromising = 0.8;
+/// The first step of a compass search, as a share of the length of the shift: after a look around,
+/// and about a shift that is nearly right.
+constexpr double kFarStep = 0.4;
+constexpr double kNearStep = 0.05;
 /// Without a reason to go on, the shorter of two shifts is taken.
 constexpr double kClearly = 0.97;
 
@@ -67,18 +76,30 @@ class ShiftSearch {
   }
 
   /// From a shift that is nearly right.
-  Vec2 Refine(Vec2 from) { return Newton(from); }
+  Vec2 Refine(Vec2 from) {
+    const double before = Cost({}, 1);
+    Vec2 best = Newton(from);
+    double cost = Cost(best, 1);
+    // Newton's steps can end beside a front that is thinner than what they have left.
+    for (int again = 0; again < kSecondTries && cost > kDoubtfulBack * before; ++again) {
+      const Vec2 other = Newton(Walk(best, {.stride = 1, .step = kNearStep}));
+      const double last = std::exchange(cost, Cost(other, 1));
+      if (!(cost < last)) break;
+      best = other;
+    }
+    return best;
+  }
 
   std::optional<Vec2> Run() {
     const double before = Cost({}, 1);
     Vec2 best = Scan();
     if (best == Vec2{}) return std::nullopt;
     const std::size_t few = std::max<std::size_t>(1, places_.size() / kScanned);
-    best = Newton(Walk(best, few));
+    best = Newton(Walk(best, {.stride = few, .step = kFarStep}));
     double cost = Cost(best, 1);
     // The look around can have begun in the wrong place, of a valley that bends.
-    for (int again = 0; again < kSecondTries && !(cost < kExplained * before); ++again) {
-      best = Newton(Walk(best, 1));
+    for (int again = 0; again < kSecondTries && !(cost < kDoubtful * before); ++again) {
+      best = Newton(Walk(best, {.stride = 1, .step = kFarStep}));
       const double last = std::exchange(cost, Cost(best, 1));
       if (!(cost < kEnough * last)) break;
     }
@@ -149,10 +170,15 @@ class ShiftSearch {
     return best;
   }
 
-  /// A compass search by every `stride`-th place.
-  Vec2 Walk(Vec2 best, std::size_t stride) {
+  struct Compass {
+    std::size_t stride;  ///< Every so many of the places take part.
+    double step;         ///< The first, as a share of the shift.
+  };
+
+  Vec2 Walk(Vec2 best, const Compass& compass) {
+    const std::size_t stride = compass.stride;
     double least = Cost(best, stride);
-    double step = 0.4 * Length(best);
+    double step = compass.step * Length(best);
     for (int round = 0; round < kCompassRounds; ++round, step *= 0.5) {
       const Vec2 from = best;
       for (std::size_t k = 0; k < kDirections.size(); k += 2) {

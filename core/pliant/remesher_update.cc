@@ -154,7 +154,10 @@ Status Remesher::Impl::FollowChange(MeshChange::Outcome outcome, const StopSigna
     loop_.Wake(vertex);
   }
   carriers_ = std::move(outcome.carriers);
-  if (!carriers_.empty()) loop_.InsertLess();
+  if (!carriers_.empty()) {
+    using enum PliantLoop::LeftBehind;
+    loop_.Follow(outcome.follows_front ? kByFront : kByBody);
+  }
   return {};
 }
 
@@ -353,7 +356,7 @@ Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop, Asks 
   loop_.BeginUpdate(SettingsOf(options_));
   if (carried_count > 0) {
     followed_.MeshMoved();
-    loop_.InsertLess();
+    loop_.Follow(PliantLoop::LeftBehind::kByFront);
   }
   for (const std::size_t i : others) {
     if (asks == Asks::kToTheEnd && stopped()) return Stopped();

@@ -228,6 +228,48 @@ TEST(CarryAlong, DoesNotDriftIn200Steps) {
   }
 }
 
+// Goal: what a front leaves behind has hardly more vertices than its metric asks for, though that
+// becomes coarser there step by step, and who lies far from it stays where he is. Method: 25 steps,
+// judged by their means; a build has 1.04 of the ideal.
+TEST(CarryAlong, LeavesFewBehindAndOthersInPlace) {
+  constexpr double kMany = 10000;
+  constexpr int kSteps = 25;
+  testing::Case start = testing::ShockCase(kMany, 0.25);
+  auto made = Remesher::Create(start.domain, testing::ShockCase(kMany, 0.25).field, {});
+  ASSERT_TRUE(made.ok());
+  Remesher& session = **made;
+  ASSERT_TRUE(session.Step({}).ok());
+  (void)session.Commit();
+  std::unique_ptr<MetricField> before = std::move(start.field);
+  double over_ideal = 0;
+  std::int64_t outside = 0;
+  std::int64_t kept = 0;
+  std::int32_t hint = MetricField::kNoHint;
+  for (int step = 1; step <= kSteps; ++step) {
+    std::unique_ptr<MetricField> field = testing::ShockCase(kMany, 0.25 + 0.02 * step).field;
+    const ExportedMesh old = ExportMesh(session.mesh());
+    ASSERT_TRUE(session.SetField(testing::ShockCase(kMany, 0.25 + 0.02 * step).field).ok());
+    ASSERT_TRUE(session.Step({}).ok());
+    (void)session.Commit();
+    const Mesh& mesh = session.mesh();
+    for (std::size_t i = 0; i < old.vertex_ids.size(); ++i) {
+      const Vec2 p = old.data.points[i];
+      if (RelativeChange(before->At(p, hint), field->At(p, hint)) > kTolerance) continue;
+      ++outside;
+      const VertexId id = old.vertex_ids[i];
+      kept += mesh.IsLive(id) && mesh.position(id) == p ? 1 : 0;
+    }
+    const Quality quality = MeasureQuality(mesh, *field);
+    over_ideal += mesh.vertex_count() / (2 / std::sqrt(3.0) * quality.complexity) / kSteps;
+    EXPECT_GT(quality.integrated.share_125, 0.98);
+    EXPECT_GT(quality.q_min, 0.75);
+    before = std::move(field);
+  }
+  EXPECT_LT(over_ideal, 1.05);
+  EXPECT_GT(over_ideal, 1.03);
+  EXPECT_GT(static_cast<double>(kept) / static_cast<double>(outside), 0.945);
+}
+
 // Goal: a front that is known only by tensors at the vertices of the mesh that it is about to
 // leave, which is coarser ahead than the front is thin, is not lost on the way. Method: 60 steps
 // there and back, judged by the function that the tensors are taken from.
