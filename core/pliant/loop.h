@@ -145,9 +145,8 @@ class PliantLoop {
   /// @pre no node is active
   bool Mend(Executor& executor);
 
-  /// True if the ends of updates since the last call have come upon a triangle that may be a
-  /// trouble; it may be mended by now.
-  bool TakeSawPoor() { return mender_.TakeSawPoor(); }
+  /// Vertices where mending has come upon what may be a trouble, since the last call.
+  std::vector<VertexId> TakePoor() { return mender_.TakePoor(); }
 
   /// Visits nodes until none is active and none waits for mending, or the budget is used up. The
   /// result does not depend on how

@@ -147,9 +147,10 @@ bool Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since, Execut
                               state_.waiting.end());
   for (const Part& part : parts) {
     nodes.insert(nodes.end(), part.nodes.begin(), part.nodes.end());
-    state_.saw_poor = state_.saw_poor || part.saw_poor;
+    state_.poor.insert(state_.poor.end(), part.poor.begin(), part.poor.end());
   }
   SortAndDropRepeats(nodes);
+  SortAndDropRepeats(state_.poor);  // However many updates end before their mending does.
   state_.waiting = std::move(nodes);
   state_.next = 0;
   return true;
@@ -224,7 +225,7 @@ Mender::Mended Mender::VisitNext(const MetricField& field) {
       mended.moves = record.edge.valid() ? Slide(field) : Move(field);
     }
     if (mended.swaps + mended.moves > 0) {
-      Part part{.nodes = std::move(state_.next_round)};
+      Part part{.nodes = std::move(state_.next_round), .poor = {}};
       for (const TriangleId t : star_.triangles()) AddCornersIfBad(t, part);
       state_.next_round = std::move(part.nodes);
     }
@@ -253,6 +254,7 @@ void Mender::Renumber(std::span<const VertexId> new_ids) {
   renumber(state_.waiting);
   renumber(state_.next_round);
   renumber(state_.moved);
+  renumber(state_.poor);
 }
 
 void Mender::AddCornersIfBad(TriangleId triangle, Part& part) const {
@@ -261,7 +263,7 @@ void Mender::AddCornersIfBad(TriangleId triangle, Part& part) const {
   if (!IsBad(triangle, merit)) return;
   const auto& corners = mesh_.triangle(triangle).vertices;
   part.nodes.insert(part.nodes.end(), corners.begin(), corners.end());
-  part.saw_poor = part.saw_poor || merit < kPoorMerit;
+  if (merit < kPoorMerit) part.poor.insert(part.poor.end(), corners.begin(), corners.end());
 }
 
 /// Infinite where it is surely good.

@@ -69,9 +69,9 @@ class Mender {
 
   /// The nodes that were moved since the last call, ascending, each once.
   std::vector<VertexId> TakeMoved();
-  /// True if Start has come upon a triangle since the last call that may be a trouble (trouble.h);
-  /// it may be mended by now.
-  bool TakeSawPoor() { return std::exchange(state_.saw_poor, false); }
+  /// Corners of the triangles that Start has come upon since the last call and that may be troubles
+  /// (trouble.h). They may be mended by now, or dead.
+  std::vector<VertexId> TakePoor() { return std::exchange(state_.poor, {}); }
 
   /// Nodes are visited in rounds, each in ascending order of slot: the next round has the vertices
   /// of triangles that a visit changed and that are still bad.
@@ -81,7 +81,7 @@ class Mender {
     std::vector<VertexId> waiting;
     std::size_t next = 0;
     std::vector<VertexId> next_round;
-    bool saw_poor = false;  // Since the last TakeSawPoor.
+    std::vector<VertexId> poor;  // Since the last TakePoor.
   };
   [[nodiscard]] const State& state() const { return state_; }
   void Restore(State state) { state_ = std::move(state); }
@@ -92,7 +92,7 @@ class Mender {
   /// What was found in a part of the mesh.
   struct Part {
     std::vector<VertexId> nodes;  ///< At bad triangles.
-    bool saw_poor = false;        ///< Some of these may be troubles.
+    std::vector<VertexId> poor;   ///< At those that may be troubles.
   };
   using Parts = std::vector<Part>;
   [[nodiscard]] Parts FindBad(std::uint32_t reached_since, Executor& executor) const;

@@ -94,6 +94,7 @@ class Remesher::Impl {
   Status LetMetricFollow();
   Status LimitAgain();
   [[nodiscard]] bool NeedsLimits();
+  [[nodiscard]] TroubleContext ContextOfTroubles() const;
   [[nodiscard]] const StopSignal* StopOfWhole() const;
   Status ApplyOrGoBack(Result<WantedTensors> wanted, const StopSignal* stop,
                        std::optional<FollowedMetric::Way> way);

@@ -247,7 +247,7 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
     if (loop_.active_count() > 0) continue;
     StoppableExecutor executor(helpers_.executor(), budget.stop);
     if (!loop_.Mend(executor)) {
-      if (progress.stop_reason != StopReason::kConverged || !NeedsLimits()) break;
+      if (!NeedsLimits() || progress.stop_reason != StopReason::kConverged) break;
       followed_.HoldUsualLimits();
       continue;
     }
@@ -275,13 +275,16 @@ void Remesher::Impl::ChangeInBulk() {
   loop_.HalveLongEdges(followed_.field(), std::move(nodes));
 }
 
-TroubleSearch Remesher::Impl::WhereTroublesMayBe() const {
+TroubleContext Remesher::Impl::ContextOfTroubles() const {
   const LoopCounts& counts = loop_.counts();
+  return {.insertions_refused = counts.refused_at_limit > 0 || counts.refused_by_allowance > 0,
+          .permissions = options_.permissions};
+}
+
+TroubleSearch Remesher::Impl::WhereTroublesMayBe() const {
   return {.everywhere = revision_ == Revision::kNone,
           .changed = edit_.log().vertices.ids(),
-          .context = {
-              .insertions_refused = counts.refused_at_limit > 0 || counts.refused_by_allowance > 0,
-              .permissions = options_.permissions}};
+          .context = ContextOfTroubles()};
 }
 
 std::vector<Trouble> Remesher::Impl::FindTroubles(const TroubleSearch& search) const {
@@ -323,9 +326,9 @@ Status Remesher::Impl::LimitAgain() {
 /// True if the update has come to rest with a metric that it cannot meet, where the usual limits
 /// help. Mending tells cheaply that nothing is wrong, as nearly always.
 bool Remesher::Impl::NeedsLimits() {
-  const bool saw_poor = loop_.TakeSawPoor();
-  if (!saw_poor || !followed_.awaits_need()) return false;
-  return std::ranges::any_of(FindTroubles(WhereTroublesMayBe()),
+  const std::vector<VertexId> poor = loop_.TakePoor();
+  if (poor.empty() || !followed_.awaits_need()) return false;
+  return std::ranges::any_of(FindTroubles({.changed = poor, .context = ContextOfTroubles()}),
                              [](const Trouble& trouble) { return LimitsHelp(trouble.kind); });
 }
 

@@ -198,7 +198,7 @@ void WriteLoopState(const PliantLoop::State& state, ByteWriter& writer) {
   PutNodes(state.mender.moved, writer);
   PutNodes(std::span(state.mender.waiting).subspan(state.mender.next), writer);
   PutNodes(state.mender.next_round, writer);
-  writer.Put(static_cast<std::uint8_t>(state.mender.saw_poor ? 1 : 0));
+  PutNodes(state.mender.poor, writer);
   const InsertionAllowance::State& allowance = state.allowance.state();
   writer.Put(allowance.used);
   writer.Put(allowance.granted);
@@ -231,7 +231,7 @@ PliantLoop::State ReadLoopState(ByteReader& reader, std::int32_t vertex_slots) {
   state.mender.moved = TakeNodes(reader, vertex_slots);
   state.mender.waiting = TakeNodes(reader, vertex_slots);
   state.mender.next_round = TakeNodes(reader, vertex_slots);
-  state.mender.saw_poor = reader.Take<std::uint8_t>() != 0;
+  state.mender.poor = TakeNodes(reader, vertex_slots);
   InsertionAllowance::State allowance;
   allowance.used = reader.Take<std::int64_t>();
   allowance.granted = reader.Take<std::int64_t>();

@@ -180,6 +180,7 @@ TEST(AutomaticLimits, GiveTheSameBitsToASessionThatSleptInBetween) {
     ++sleeps;
   }
   EXPECT_GT(sleeps, 10);
+  EXPECT_TRUE(awake->metric_report().limits) << "though several commits shared the update";
 }
 
 TEST(AutomaticLimits, HoldForTensorsAtVertices) {
