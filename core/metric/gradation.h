@@ -48,7 +48,7 @@ struct GradationOptions {
 
   /// Where an update comes to rest and the metric is not met because it jumps, crosses or turns too
   /// much (LimitsHelp of core/pliant/trouble.h), the usual `gradation` and `rotation` hold from
-  /// then on, as if they had been asked for. Means nothing where one of them is.
+  /// then on, as if they had been asked for. Means nothing where one of the two is set.
   bool automatic = true;
 
   static constexpr double kUsualGradation = 1.5;

@@ -26,7 +26,7 @@ constexpr double kWarmMerit = 1.03;
 /// What FindTroubles takes for bad is below this merit.
 constexpr double kPoorMerit =
     1e-9 + std::max({kTroubleQuality / kQualityWanted,
-                     kTroubleLengthMin* kTroubleLengthMin / kSquaredShortest,
+                     (kTroubleLengthMin * kTroubleLengthMin) / kSquaredShortest,
                      kSquaredLongest / (kTroubleLengthMax * kTroubleLengthMax)});
 
 /// A change must lessen the shortfall around it by this share, and by this much.
