@@ -6,6 +6,7 @@ Used by `Session` under its lock; nothing here is public.
 import queue
 import time
 
+import grpc
 
 from pliant import arrays, calls, errors, replica, subscription
 from pliant.v1 import edit_pb2

@@ -102,7 +102,8 @@ NOTHING = FakeMesh({}, {}, {})
 class FakeService(session_pb2_grpc.SessionServiceServicer):
     """One session that plays `meshes`. `faults` are taken one for each advance: None, "hash"
     or "count" (the diff lies), "drop before" (the advance is lost), "drop after" (its answer is
-    lost, the diff came) or "hang" (it runs until the client leaves)."""
+    lost, the diff came), an ErrorDetail (the server announces the end of the stream) or "hang" (it
+    runs until the client leaves)."""
 
     def __init__(self, meshes, faults=(), chunk_bytes=65536):
         self.meshes = [NOTHING] + list(meshes)
@@ -162,6 +163,9 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
         fault = self.faults.pop(0) if self.faults else None
         if fault == "drop before":
             context.abort(grpc.StatusCode.UNAVAILABLE, "connection reset")
+        if isinstance(fault, errors_pb2.ErrorDetail):
+            yield self.response(closing=edit_pb2.Closing(error=fault))
+            context.abort(grpc.StatusCode.UNAVAILABLE, "the stream ends")
         if fault == "hang":
             left = threading.Event()
             if context.add_callback(left.set):

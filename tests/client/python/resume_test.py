@@ -86,21 +86,51 @@ def test_a_cut_connection(client, tmp_path, direction, byte_count):
         assert session.update_metric(pliant.metric.size(0.1)).base_revision == 2
 
 
-def test_a_server_that_dies(tmp_path, monkeypatch):
+class Server:
+    """A pliantd on a Unix socket in `folder` that goes away and comes back."""
+
+    def __init__(self, folder, *arguments):
+        self._ready = folder / "ready"
+        self.address = f"unix:{folder}/socket"
+        self._command = [os.environ["PLIANTD"], "--listen", self.address, "--port-file",
+                         self._ready, "--drain-ms", "1000", *arguments]
+        self.start()
+
+    def start(self):
+        self._ready.unlink(missing_ok=True)
+        self._process = subprocess.Popen(self._command, stderr=subprocess.DEVNULL)
+        while not self._ready.exists():
+            assert self._process.poll() is None
+
+    def stop(self, how=signal.SIGTERM):
+        self._process.send_signal(how)
+        self._process.wait()
+
+
+@pytest.fixture
+def server(tmp_path):
+    made = Server(tmp_path)
+    yield made
+    made.stop(signal.SIGKILL)
+
+
+@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+def test_a_server_that_ends(server, monkeypatch, how):
     monkeypatch.setattr(pliant.session.stream, "_BUSY_S_MAX", 0.2)
-    path = tmp_path / "socket"
-    server = subprocess.Popen(
-        [os.environ["PLIANTD"], "--listen", f"unix:{path}", "--port-file", tmp_path / "ready"],
-        stderr=subprocess.DEVNULL)
-    while not (tmp_path / "ready").exists():
-        assert server.poll() is None
-    client = pliant.connect(f"unix:{path}")
+    with pliant.connect(server.address) as client:
+        session = client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.1))
+        server.stop(how)
+        with pytest.raises(pliant.Unavailable):
+            session.advance()
+        with pytest.raises(ConnectionError):
+            session.quality()
+        assert session.revision == session.mesh.revision == 1
+
+
+def test_a_session_deleted_under_its_editor(client):
     session = client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.1))
-    server.send_signal(signal.SIGKILL)
-    server.wait()
-    with pytest.raises(pliant.Unavailable):
-        session.advance()
-    with pytest.raises(ConnectionError):
-        session.quality()
-    assert session.revision == session.mesh.revision == 1
-    client.close()
+    pliant.Session(client._sessions, session.session_id, is_owner=True).delete()
+    for _ in range(2):
+        with pytest.raises(pliant.NotFound):
+            session.advance()
+    assert session.mesh.revision == 1

@@ -136,6 +136,15 @@ def test_a_lost_connection_applies_nothing_twice(start, fault):
     assert session.advance().base_revision == 2
 
 
+def test_an_announced_end_is_taken_up_again_or_says_why(start):
+    shutdown = errors_pb2.ErrorDetail(reason="UNAVAILABLE", message="the server shuts down")
+    gone = errors_pb2.ErrorDetail(reason="SESSION_NOT_FOUND", message="it was deleted", code=5)
+    session = start(FakeService(random_meshes(3), faults=[None, shutdown, None, gone]))
+    assert session.advance().revision == 2
+    with pytest.raises(pliant.NotFound, match="it was deleted"):
+        session.advance()
+
+
 def test_an_interrupt_leaves_a_session_that_works(start):
     meshes = list(random_meshes(2))
     service = FakeService(meshes, faults=[None, "hang"])
