@@ -62,7 +62,6 @@ class Receiver:
 
     def __init__(self, start):
         self._messages = queue.SimpleQueue()
-        self._put_back = []
         # What the thread may still read ahead; None ends it.
         self._permits = queue.SimpleQueue()
         self._running, self._is_left = [], []
@@ -80,18 +79,12 @@ class Receiver:
             Error: it has ended otherwise.
             TimeoutError: nothing came within `timeout_s`; wait again if you like.
         """
-        if self._put_back:
-            return self._put_back.pop()
         message, error = _get(self._messages, timeout_s)
         if error is None:
             self._permits.put(True)
             return message
         self._messages.put((None, error))
         raise error
-
-    def put_back(self, message):
-        """Lets `next` return a message that it has returned."""
-        self._put_back.append(message)
 
     def cancel(self):
         """Ends the call at once, whatever it is doing. Again: does nothing."""

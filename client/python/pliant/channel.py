@@ -41,6 +41,9 @@ def make(address, token=None, tls_roots=None, tls_cert=None, tls_key=None):
 
 
 def _options(address):
-    """A proxy for the world outside must not come between a program and its own machine."""
-    is_local = address.startswith(("unix:", "localhost:", "127.", "[::1]:"))
-    return [("grpc.enable_http_proxy", 0)] if is_local else []
+    # A server that is restarted is found again within a second or so, not after minutes.
+    options = [("grpc.initial_reconnect_backoff_ms", 100), ("grpc.max_reconnect_backoff_ms", 1000)]
+    # A proxy for the world outside must not come between a program and its own machine.
+    if address.startswith(("unix:", "localhost:", "127.", "[::1]:")):
+        options.append(("grpc.enable_http_proxy", 0))
+    return options

@@ -69,7 +69,7 @@ class Client(jobs.JobCalls, files.FileCalls):
                        labels: Optional[Mapping[str, str]] = None,
                        advance: Optional[opts.Advance] = None, with_metric: bool = False,
                        with_transfer: bool = False, durability: Optional[str] = None,
-                       **options) -> Session:
+                       reconnect_s: float = 60.0, **options) -> Session:
         """Creates a session and its first mesh.
 
         Args:
@@ -85,6 +85,7 @@ class Client(jobs.JobCalls, files.FileCalls):
             with_transfer: every `Diff` brings the rows that carry nodal values to the new mesh.
             durability: when a revision is on the server's disk: "none", "relaxed" (soon) or
                 "strict" (before it is acknowledged). Default: strict where the server has a store.
+            reconnect_s: how long a call tries to take up a lost connection.
             **options: h_min, h_max (or hmin, hmax), hgrad, rotation, anisotropy_max as in
                 `pliant.options.Limits`; seed, variant, smoothing, no_insert, no_swap, no_move and
                 so on as in `pliant.options.SessionOptions`.
@@ -104,7 +105,7 @@ class Client(jobs.JobCalls, files.FileCalls):
         if durability is not None:
             message.options.durability = opts.durability_to_wire(durability)
         session = self._session(self._upload(message, sender), True,
-                                _parts(with_metric, with_transfer))
+                                _parts(with_metric, with_transfer), reconnect_s)
         try:
             session.start(advance)
         except BaseException:
@@ -113,19 +114,20 @@ class Client(jobs.JobCalls, files.FileCalls):
         return session
 
     def open_session(self, session_id: str, with_metric: bool = False,
-                     with_transfer: bool = False) -> Session:
+                     with_transfer: bool = False, reconnect_s: float = 60.0) -> Session:
         """Takes up a session that exists, with its present mesh.
 
         Args:
             session_id: its name.
             with_metric: keep the metric that the mesh follows in `mesh.metrics` too.
             with_transfer: every `Diff` brings the rows that carry nodal values to the new mesh.
+            reconnect_s: how long a call tries to take up a lost connection.
 
         Raises:
             NotFound: there is none of that name.
-            SessionBusy: another client edits it.
+            SessionBusy: another client edits it, and half a second later still does.
         """
-        session = self._session(session_id, False, _parts(with_metric, with_transfer))
+        session = self._session(session_id, False, _parts(with_metric, with_transfer), reconnect_s)
         session.start()
         return session
 
@@ -184,8 +186,8 @@ class Client(jobs.JobCalls, files.FileCalls):
     def __repr__(self):
         return f"Client({self.address!r}, version {self.version})"
 
-    def _session(self, session_id, is_owner, parts):
-        session = Session(self._sessions, session_id, is_owner, parts)
+    def _session(self, session_id, is_owner, parts, reconnect_s):
+        session = Session(self._sessions, session_id, is_owner, parts, reconnect_s)
         self._open.add(session)
         return session
 

@@ -5,8 +5,8 @@ from typing import Any, Callable, List, Optional
 
 import numpy as np
 
-from pliant import arrays, calls, constraints, diff, downloads, errors, fields, geometry, inputs
-from pliant import motion, quality, replica, stream
+from pliant import arrays, calls, constraints, diff, downloads, editor, errors, fields, geometry
+from pliant import inputs, motion, quality, replica
 from pliant import metric as metrics
 from pliant import options as opts
 from pliant.v1 import edit_pb2, metric_pb2, motion_pb2, session_pb2
@@ -22,9 +22,10 @@ class Session:
     `update_metric` and `advance`; each commits one revision and brings a `Diff`, which is already
     applied to `mesh` when the call returns. A refused call leaves mesh and session as they were.
 
-    If the connection is lost during a call, the client connects again and asks for the answer;
-    nothing is applied twice. If that fails too, the call raises `Unavailable`, and later calls go
-    on where the session is.
+    If the connection is lost, also because the server is started anew, a call connects again, with
+    growing pauses, repeats what had no answer and goes on; nothing is applied twice. Where that
+    fails for `reconnect_s` seconds, it raises `Unavailable`, and later calls try again and go on
+    where the session is. A call that is broken off so, or by Ctrl-C, empties the stage.
 
     Leaving a `with` block deletes a session that `create_session` made and closes one that
     `open_session` opened. A session that is not deleted lives on in the server.
@@ -32,19 +33,14 @@ class Session:
     Threads: calls from several threads are taken one after the other.
     """
 
-    def __init__(self, stub, session_id: str, is_owner: bool, parts=()):
+    def __init__(self, stub, session_id: str, is_owner: bool, parts=(),
+                 reconnect_s: float = 60.0):
         self._stub = stub
         self._session_id = session_id
         self._is_owner = is_owner
-        self._parts = list(parts)
         self._lock = threading.RLock()
-        self._mirror = replica.Replica()
-        self._changes: List[replica.Change] = []
-        self._stream: Optional[stream.EditStream] = None
-        self._was_open = False
-        # What an editor that is gone, or a call that was broken off, has staged is nobody's wish.
-        self._must_discard = True
-        self._last_update_id = 0
+        self._editor = editor.Editor(stub, session_id, list(parts), reconnect_s)
+        self._mirror, self._changes = self._editor.mirror, self._editor.changes
         self._is_deleted = False
 
     @property
@@ -350,9 +346,7 @@ class Session:
     def close(self) -> None:
         """Lets go of the session, which lives on in the server; another client may edit it."""
         with self._lock:
-            if self._stream is not None:
-                self._stream.close()
-                self._stream = None
+            self._editor.close()
 
     def __enter__(self) -> "Session":
         return self
@@ -444,43 +438,9 @@ class Session:
         """Answers to (name, function that makes the message) pairs, sent on the stream."""
         self._changes.clear()
         self._ensure_stream()
-        first = self._last_update_id + 1
-        numbered = [(first + i, *command) for i, command in enumerate(commands)]
-        self._last_update_id += len(numbered)
-        self._must_discard = True
-        try:
-            answers = self._run_once(numbered, on_progress)
-        except errors.Unavailable:
-            # Commands that the server has seen are answered again, not applied again.
-            self._must_discard = False
-            self._ensure_stream()
-            self._must_discard = True
-            answers = self._run_once(numbered, on_progress)
-        self._must_discard = False
-        return answers
-
-    def _run_once(self, numbered, on_progress=None):
-        on_wire = on_progress and (lambda message: on_progress(diff.progress_from_wire(message)))
-        try:
-            return self._stream.run(numbered, on_wire)
-        except BaseException:
-            # Also KeyboardInterrupt: answers to what was sent would be taken for later ones.
-            self._stream.cancel()
-            self._stream = None
-            raise
+        return self._editor.run(commands, on_progress)
 
     def _ensure_stream(self):
         if self._is_deleted:
             raise errors.NotFound("SESSION_NOT_FOUND", f"session {self._session_id!r} is deleted")
-        if self._stream is not None:
-            return
-        make = stream.reopen if self._was_open else stream.EditStream
-        self._stream = make(self._stub, self._session_id, self._mirror, self._changes,
-                            self._parts)
-        opened = self._stream.opened
-        self._last_update_id = max(self._last_update_id, opened.last_update_id)
-        self._was_open = True
-        if self._must_discard and opened.staged_count:
-            self._last_update_id += 1
-            self._run_once([(self._last_update_id, "discard", lambda _: edit_pb2.Discard())])
-        self._must_discard = False
+        self._editor.connect()

@@ -8,11 +8,9 @@ import time
 
 import grpc
 
-from pliant import arrays, calls, errors, replica, subscription
+from pliant import arrays, calls, errors, replica
 from pliant.v1 import edit_pb2
 
-# How long a session may still be busy with the connection that this client has just lost.
-_BUSY_S_MAX = 5.0
 # How long the server may take to end a stream that the client has closed.
 _CLOSE_S_MAX = 2.0
 
@@ -21,21 +19,27 @@ class EditStream:
     """One call of Edit, on a session whose copy is `mirror`; after an exception it is of no use.
 
     Every change that comes is applied to `mirror` and appended to the list `changes`.
+
+    Args:
+        wait_s: so long a server is waited for that is out of reach, or mute. None: not at all if it
+            is out of reach, and for ever if it is mute.
     """
 
-    def __init__(self, stub, session_id, mirror, changes, parts=()):
+    def __init__(self, stub, session_id, mirror, changes, parts=(), wait_s=None):
         self._mirror = mirror
         self._changes = changes
         self._sender = arrays.BlobSender()
         self._blobs = arrays.BlobReceiver()
         self._closing = None
+        self._unanswered = []
         self._requests = queue.SimpleQueue()
         requests = iter(self._requests.get, None)
-        self._call = calls.Receiver(lambda: stub.Edit(requests))
+        self._call = calls.Receiver(
+            lambda: stub.Edit(requests, wait_for_ready=wait_s is not None))
         self._requests.put(edit_pb2.EditRequest(open=edit_pb2.OpenEdit(
             session_id=session_id, mirror_revision=mirror.revision, parts=parts)))
         try:
-            response = self._receive()
+            response = self._receive(wait_s)
             self.opened = response.opened
             while mirror.revision < response.revision:
                 self._receive()
@@ -51,25 +55,30 @@ class EditStream:
             on_progress: called with each Progress message that comes meanwhile.
 
         """
+        self._unanswered = [update_id for update_id, _, _ in commands]
         for update_id, name, make in commands:
             request = edit_pb2.EditRequest(update_id=update_id, **{name: make(self._sender)})
             for chunk in self._sender.take_chunks():
                 self._requests.put(edit_pb2.EditRequest(chunk=chunk))
             self._requests.put(request)
         answers = {}
-        while len(answers) < len(commands):
+        while self._unanswered:
             response = self._receive()
             if response.WhichOneof("event") == "progress" and on_progress is not None:
                 on_progress(response.progress)
-            if response.WhichOneof("event") in ("accepted", "rejected", "advanced"):
+            if (response.WhichOneof("event") in ("accepted", "rejected", "advanced")
+                    and response.update_id in self._unanswered):
                 answers[response.update_id] = response
+                self._unanswered.remove(response.update_id)
         return [answers[update_id] for update_id, _, _ in commands]
 
-    def _receive(self):
+    def _receive(self, timeout_s=None):
         """The next message that is neither a chunk nor a farewell; diffs are applied."""
         while True:
             try:
-                response = self._call.next()
+                response = self._call.next(timeout_s)
+            except TimeoutError:
+                raise errors.Unavailable("UNAVAILABLE", "the server does not answer") from None
             except StopIteration:
                 raise self._closing or errors.Unavailable(
                     "UNAVAILABLE", "the server ended the stream") from None
@@ -91,13 +100,21 @@ class EditStream:
                 return response
 
     def close(self):
-        """Ends the call and waits until the server has let go of the session."""
+        """Ends the call and waits until the server has let go of the session.
+
+        What has no answer is cancelled: a loop that runs stops, and commits what it has.
+        """
+        for update_id in self._unanswered:
+            self._requests.put(edit_pb2.EditRequest(
+                cancel=edit_pb2.Cancel(advance_update_id=update_id)))
         self._requests.put(None)
         deadline = time.monotonic() + _CLOSE_S_MAX
         try:
             while True:
                 self._call.next(max(0, deadline - time.monotonic()))
         except (StopIteration, TimeoutError, errors.Error):
+            pass
+        finally:
             self._call.cancel()
 
     def cancel(self):
@@ -108,19 +125,3 @@ class EditStream:
     def __del__(self):
         # gRPC's thread that waits for requests would live for ever.
         self._requests.put(None)
-
-
-def reopen(stub, session_id, mirror, changes, parts=()):
-    """A new stream after the client lost the old one.
-
-    The server may notice later than the client that a connection is gone; until then the session
-    is busy with a stream that nobody reads.
-    """
-    deadline = time.monotonic() + _BUSY_S_MAX
-    for pause_s in subscription.pauses():
-        try:
-            return EditStream(stub, session_id, mirror, changes, parts)
-        except (errors.SessionBusy, errors.Unavailable):
-            if time.monotonic() + pause_s > deadline:
-                raise
-        time.sleep(pause_s)

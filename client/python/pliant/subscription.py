@@ -1,23 +1,14 @@
 """Following a session that somebody else edits."""
 
-import random
+import math
 import time
-from typing import Iterator, Optional
+from typing import Optional
 
-from pliant import arrays, calls, errors, replica
+from pliant import arrays, backoff, calls, errors, replica
 from pliant.v1 import session_pb2
 
-# Pauses before connecting again grow from the first to the last.
-_PAUSE_S_FIRST, _PAUSE_S_LAST = 0.02, 2.0
-
-
-def pauses() -> Iterator[float]:
-    """Seconds to wait before each further try: doubled each time, and spread at random, so that
-    clients that lost one server do not come back all at once."""
-    pause_s = _PAUSE_S_FIRST
-    while True:
-        yield pause_s * random.uniform(0.5, 1)
-        pause_s = min(2 * pause_s, _PAUSE_S_LAST)
+# While it waits to connect again, so often it looks whether it was closed.
+_LOOK_S = 0.1
 
 
 class Subscription:
@@ -41,6 +32,8 @@ class Subscription:
         self._reconnect_s = reconnect_s
         self._mirror = replica.Replica()
         self._is_closed = False
+        # While the connection is lost: its outage, and when to connect again.
+        self._outage, self._next_try = backoff.Outage(reconnect_s), 0.0
         self._connect()
 
     @property
@@ -65,13 +58,12 @@ class Subscription:
         """
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         while True:
-            left_s = None if deadline is None else max(0, deadline - time.monotonic())
             try:
-                response = self._answers.next(left_s)
+                response = self._receive(deadline)
             except TimeoutError:
                 return None
             except (StopIteration, errors.Unavailable, errors.Cancelled) as error:
-                self._reconnect(error)
+                self._lose(error)
                 continue
             change = self._take(response)
             if change is not None:
@@ -80,7 +72,9 @@ class Subscription:
     def close(self) -> None:
         """Ends the subscription. Again: does nothing."""
         self._is_closed = True
-        self._answers.cancel()
+        answers = self._answers
+        if answers is not None:
+            answers.cancel()
 
     def __iter__(self):
         return self
@@ -102,25 +96,50 @@ class Subscription:
         request.mirror_revision = self._mirror.revision
         subscribe = self._stub.Subscribe
         self._blobs = arrays.BlobReceiver()
-        self._answers = calls.Receiver(lambda: subscribe(request))
+        # Waiting makes gRPC look for a lost server; else it would notice within 5 s only.
+        is_again = self._outage.end < math.inf
+        self._answers = calls.Receiver(lambda: subscribe(request, wait_for_ready=is_again))
+        if self._is_closed:
+            self._answers.cancel()
 
-    def _reconnect(self, error):
+    def _receive(self, deadline):
+        """The next message; TimeoutError if none comes before `deadline`."""
+        while self._answers is None:
+            now = time.monotonic()
+            if self._is_closed:
+                raise StopIteration
+            if now >= self._next_try:
+                self._connect()
+            elif deadline is not None and now >= deadline:
+                raise TimeoutError
+            else:
+                time.sleep(min(_LOOK_S, self._next_try - now,
+                               _LOOK_S if deadline is None else deadline - now))
+        # After an outage the first message comes at once, whatever the session does.
+        limit = self._outage.end if deadline is None else min(deadline, self._outage.end)
+        try:
+            response = self._answers.next(
+                None if limit == math.inf else max(0, limit - time.monotonic()))
+        except TimeoutError:
+            if limit == deadline:
+                raise
+            raise errors.Unavailable("UNAVAILABLE", "the server does not answer") from None
+        self._outage = backoff.Outage(self._reconnect_s)
+        return response
+
+    def _lose(self, error):
+        """Lets the connection go; raises the error if it is not to be taken up again."""
+        self._answers = None
         if self._is_closed:
             raise StopIteration from None
-        deadline = time.monotonic() + self._reconnect_s
-        for pause_s in pauses():
-            if time.monotonic() + pause_s > deadline:
-                raise error if isinstance(error, errors.Error) else errors.Unavailable(
-                    "UNAVAILABLE", "the server ended the subscription")
-            time.sleep(pause_s)
-            self._connect()
-            try:
-                # The first message comes at once, whatever the session does.
-                response = self._answers.next(max(0.1, deadline - time.monotonic()))
-            except (StopIteration, TimeoutError, errors.Unavailable):
-                continue
-            self._answers.put_back(response)
-            return
+        if not isinstance(error, errors.Error):
+            error = errors.Unavailable("UNAVAILABLE", "the server ended the subscription")
+        try:
+            self._next_try = self._outage.next_try(error)
+        except errors.Error:
+            # Who asks again wants it to be tried again.
+            self._outage, self._next_try = backoff.Outage(self._reconnect_s), 0.0
+            raise
 
     def _take(self, response):
         event = response.WhichOneof("event")

@@ -102,8 +102,9 @@ NOTHING = FakeMesh({}, {}, {})
 class FakeService(session_pb2_grpc.SessionServiceServicer):
     """One session that plays `meshes`. `faults` are taken one for each advance: None, "hash"
     or "count" (the diff lies), "drop before" (the advance is lost), "drop after" (its answer is
-    lost, the diff came), an ErrorDetail (the server announces the end of the stream) or "hang" (it
-    runs until the client leaves)."""
+    lost, the diff came), an ErrorDetail (the server announces the end of the stream), "forget" (it
+    dies, and knows no update when it is back) or "hang" (it runs until the client cancels it or
+    leaves)."""
 
     def __init__(self, meshes, faults=(), chunk_bytes=65536):
         self.meshes = [NOTHING] + list(meshes)
@@ -111,7 +112,7 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
         self.chunk_bytes = chunk_bytes
         self.revision = 0
         self.answers = {}
-        self.applied = []
+        self.applied, self.cancelled = [], []
         self.received = {}
         self.deleted = False
         self.staged_count = self.discard_count = 0
@@ -157,20 +158,23 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
                 yield self.answer(request, accepted=edit_pb2.UpdateAccepted(
                     staged_count=self.staged_count))
             elif command == "advance":
-                yield from self.advance(request, context)
+                yield from self.advance(request, request_iterator, context)
 
-    def advance(self, request, context):
+    def advance(self, request, requests, context):
         fault = self.faults.pop(0) if self.faults else None
         if fault == "drop before":
             context.abort(grpc.StatusCode.UNAVAILABLE, "connection reset")
+        if fault == "forget":
+            self.answers.clear()
+            self.staged_count = 0
+            context.abort(grpc.StatusCode.UNAVAILABLE, "killed")
         if isinstance(fault, errors_pb2.ErrorDetail):
             yield self.response(closing=edit_pb2.Closing(error=fault))
             context.abort(grpc.StatusCode.UNAVAILABLE, "the stream ends")
         if fault == "hang":
-            left = threading.Event()
-            if context.add_callback(left.set):
-                self.is_hanging.set()
-                left.wait()
+            self.is_hanging.set()
+            self.cancelled += [later.cancel.advance_update_id == request.update_id
+                               for later in requests if later.HasField("cancel")]
             return
         self.staged_count = 0
         base, self.revision = self.revision, self.revision + 1

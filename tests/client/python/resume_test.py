@@ -9,6 +9,7 @@ import signal
 import socket
 import subprocess
 import threading
+import time
 
 import numpy as np
 import pytest
@@ -114,17 +115,120 @@ def server(tmp_path):
     made.stop(signal.SIGKILL)
 
 
-@pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
-def test_a_server_that_ends(server, monkeypatch, how):
-    monkeypatch.setattr(pliant.session.stream, "_BUSY_S_MAX", 0.2)
+@pytest.fixture
+def stored(tmp_path):
+    """A server that keeps its sessions on disk."""
+    (tmp_path / "data").mkdir()
+    made = Server(tmp_path, "--data", tmp_path / "data")
+    yield made
+    made.stop(signal.SIGKILL)
+
+
+ENDS = pytest.mark.parametrize("how", [signal.SIGKILL, signal.SIGTERM])
+
+
+@ENDS
+def test_a_server_that_ends(server, how):
     with pliant.connect(server.address) as client:
-        session = client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.1))
+        session = client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.1),
+                                        reconnect_s=0.2)
         server.stop(how)
         with pytest.raises(pliant.Unavailable):
             session.advance()
         with pytest.raises(ConnectionError):
             session.quality()
         assert session.revision == session.mesh.revision == 1
+        server.start()
+        with pytest.raises(pliant.NotFound):
+            session.advance()
+
+
+# Goal: an editor needs no word about a server that is away for a while: not while it waits, not in
+# the middle of an advance, and not where it had given up.
+@ENDS
+def test_a_server_that_comes_back(stored, how):
+    with pliant.connect(stored.address) as client:
+        session = client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.1))
+
+        def come_back():
+            time.sleep(0.7)
+            stored.start()
+
+        def leave(pause_s):
+            time.sleep(pause_s)
+            stored.stop(how)
+            come_back()
+
+        session.stage_metric(pliant.metric.size(0.3))
+        stored.stop(how)
+        thread = threading.Thread(target=come_back)
+        thread.start()
+        diff = session.advance()
+        thread.join()
+        assert (diff.base_revision, session.revision) == (1, 2)
+        assert session.quality().vertex_count < 60, "what was staged is not lost"
+
+        thread = threading.Thread(target=leave, args=[0.1])
+        thread.start()
+        session.update_metric(pliant.metric.size("0.005 + 0*x"))
+        thread.join()
+        assert session.advance().stop_reason == "CONVERGED"
+        assert session.mesh.state_hash == session.download().state_hash
+
+        with client.open_session(session.fork(), reconnect_s=0.1) as impatient:
+            stored.stop(how)
+            with pytest.raises(pliant.Unavailable):
+                impatient.update_metric(pliant.metric.size(0.2))
+            stored.start()
+            assert impatient.update_metric(pliant.metric.size(0.3)).revision >= 2
+            assert impatient.mesh.state_hash == impatient.download().state_hash
+
+
+def test_a_subscription_keeps_its_timeout_while_the_server_is_away(stored):
+    with pliant.connect(stored.address) as client:
+        session = client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.1))
+        with client.subscribe(session.session_id) as follower:
+            assert next(follower).revision == 1
+            stored.stop(signal.SIGKILL)
+            for _ in range(4):
+                start = time.monotonic()
+                assert follower.next(timeout_s=0.2) is None
+                assert 0.19 < time.monotonic() - start < 0.35
+            stored.start()
+            session.update_metric(pliant.metric.size(0.2))
+            assert next(follower).revision == 2
+            assert follower.mesh.state_hash == session.mesh.state_hash
+        with client.subscribe(session.session_id, reconnect_s=0.3) as follower:
+            next(follower)
+            stored.stop(signal.SIGKILL)
+            with pytest.raises(pliant.Unavailable):
+                follower.next(timeout_s=5)
+            stored.start()
+            session.advance()
+            assert next(follower).revision == 3
+
+
+def test_an_interrupt_stops_the_server_too(client):
+    with client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.1)) as session:
+        timer = threading.Timer(0.3, os.kill, [os.getpid(), signal.SIGINT])
+        timer.start()
+        with pytest.raises(KeyboardInterrupt):
+            session.update_metric(pliant.metric.size("0.0012 + 0*x"))  # Half a minute.
+        start = time.monotonic()
+        session.update_metric(pliant.metric.size(0.3), advance=pliant.Advance(visits_max=1))
+        assert time.monotonic() - start < 3
+        assert session.mesh.state_hash == session.download().state_hash
+
+
+def test_a_session_that_is_busy_for_a_moment(client):
+    with client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.3)) as session:
+        with pytest.raises(pliant.SessionBusy):
+            client.open_session(session.session_id)
+        timer = threading.Timer(0.15, session.close)
+        timer.start()
+        with client.open_session(session.session_id) as other:
+            assert other.revision == 1
+        timer.join()
 
 
 def test_a_session_deleted_under_its_editor(client):

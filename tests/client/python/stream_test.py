@@ -71,16 +71,16 @@ def check_view(view, mesh):
 
 @pytest.fixture
 def start(tmp_path):
-    """Starts a session on a scripted server: start(service) -> Session."""
+    """Starts a session on a scripted server: start(service, **options) -> Session."""
     started = []
 
-    def start_session(service):
+    def start_session(service, **options):
         address = f"unix:{tmp_path}/fake{len(started)}"
         started.append(serve(service, address))
         client = pliant.connect(address)
         started.insert(0, client)
         domain = pliant.Domain(np.zeros((3, 2)), [[0, 1], [1, 2], [2, 0]])
-        return client.create_session(domain=domain, metric=pliant.metric.size(1))
+        return client.create_session(domain=domain, metric=pliant.metric.size(1), **options)
 
     yield start_session
     for one in started:
@@ -159,6 +159,7 @@ def test_an_interrupt_leaves_a_session_that_works(start):
     with pytest.raises(KeyboardInterrupt):
         session.update_metric(pliant.metric.size(2))
     thread.join()
+    assert service.cancelled[-1]
     check_view(session.mesh, meshes[0])
     # Half of the call that was broken off is not committed by the next one.
     assert session.advance().revision == 2
@@ -209,6 +210,17 @@ def test_an_interrupt_breaks_no_other_call(start):
         thread.join()
 
 
+def test_a_stage_that_the_server_has_lost_is_not_committed_in_part(start):
+    service = FakeService(random_meshes(3), faults=[None, "forget"])
+    session = start(service)
+    session.stage_metric(pliant.metric.size(2))
+    with pytest.raises(pliant.FailedPrecondition, match="stage it again") as caught:
+        session.update_metric(pliant.metric.size(3))
+    assert caught.value.code == "UPDATE_REJECTED"
+    assert session.revision == 1
+    assert session.advance().revision == 2
+
+
 def test_what_is_staged_survives_a_lost_connection(start):
     service = FakeService(random_meshes(2), faults=[None, "drop before"])
     session = start(service)
@@ -217,14 +229,16 @@ def test_what_is_staged_survives_a_lost_connection(start):
     assert service.discard_count == 0
 
 
-def test_a_dead_server_is_unavailable(start, tmp_path, monkeypatch):
-    monkeypatch.setattr(pliant.session.stream, "_BUSY_S_MAX", 0.1)
-    service = FakeService(random_meshes(3), faults=[None] + ["drop before"] * 99)
-    session = start(service)
+def test_a_server_that_stays_lost_is_unavailable_and_may_come_back(start, tmp_path):
+    service = FakeService(random_meshes(4), faults=[None] + ["drop before"] * 99)
+    session = start(service, reconnect_s=0.3)
     with pytest.raises(pliant.Unavailable):
         session.advance()
-    service.faults.clear()
+    assert 3 <= 99 - len(service.faults) <= 10, "pauses grow"
+    # It is patient with a connection that is lost many times, but not for long.
+    service.faults[:] = ["drop before"] * 3
     assert session.advance().revision == 2
+    assert session.advance().revision == 3
     with pytest.raises(pliant.Unavailable, match="start_local"):
         pliant.connect(f"unix:{tmp_path}/nobody")
 

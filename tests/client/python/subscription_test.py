@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import pliant
-from pliant import subscription
+from pliant import backoff
 from resume_test import DOMAIN, Proxy
 
 pytestmark = pytest.mark.server
@@ -105,7 +105,7 @@ def test_it_ends_with_the_session_and_when_it_is_closed(client, session):
 
 
 def test_pauses_grow_and_are_spread():
-    made = [pause for pause, _ in zip(subscription.pauses(), range(12))]
+    made = [pause for pause, _ in zip(backoff.pauses(), range(12))]
     assert 0.01 <= made[0] <= 0.02
     assert all(1 <= pause <= 2 for pause in made[8:])
     assert len(set(made)) == len(made)

@@ -1,0 +1,122 @@
+"""The editor of one session: a stream that is made again when it is lost, and what is staged.
+
+Used by `Session` under its lock; nothing here is public.
+"""
+
+import time
+from typing import List, Optional
+
+from pliant import backoff, diff, errors, replica, stream
+from pliant.v1 import edit_pb2
+
+# How long a session may still be busy with an editor that has just gone, and with the connection
+# that this client has just lost, which the server may notice later than the client.
+_BUSY_S_FIRST, _BUSY_S_AGAIN = 0.5, 5.0
+# Time for a server that is there to answer.
+_WAIT_S_MIN = 1.0
+
+
+class Editor:
+    """Runs commands, and keeps the copy `mirror` and the list `changes` up to date meanwhile."""
+
+    def __init__(self, stub, session_id, parts, reconnect_s):
+        self._stub = stub
+        self._session_id = session_id
+        self._parts = parts
+        self._reconnect_s = reconnect_s
+        self.mirror = replica.Replica()
+        self.changes: List[replica.Change] = []
+        self._stream: Optional[stream.EditStream] = None
+        self._was_open = False
+        # What an editor that is gone, or a call that was broken off, has staged is nobody's wish.
+        self._must_discard = True
+        self._last_update_id = 0
+        # The last update that earlier calls have staged; 0: the stage is empty.
+        self._staged_id = 0
+
+    def run(self, commands, on_progress=None):
+        """Answers to (name, function that makes the message) pairs. After `connect`."""
+        first = self._last_update_id + 1
+        numbered = [(first + i, *command) for i, command in enumerate(commands)]
+        self._last_update_id += len(numbered)
+        self._must_discard = True
+        outage = backoff.Outage(self._reconnect_s)
+        while True:
+            start = time.monotonic()
+            try:
+                answers = self._run_once(numbered, on_progress)
+                break
+            except errors.Unavailable as error:
+                # A server that commands kill again and again is given up; one that is lost long
+                # after the last time is not.
+                if time.monotonic() - start > self._reconnect_s:
+                    outage = backoff.Outage(self._reconnect_s)
+                outage.pause(error)
+                # Commands that the server has seen are answered again, not applied again.
+                self._open_stream(outage)
+        self._must_discard = False
+        self._staged_id = numbered[-1][0] if answers[-1].accepted.staged_count else 0
+        return answers
+
+    def connect(self):
+        """Makes the stream if there is none, and empties the stage where that is nobody's wish."""
+        if self._must_discard:
+            self._staged_id = 0
+        outage = backoff.Outage(self._reconnect_s)
+        while self._stream is None:
+            opened = self._open_stream(outage)
+            if not self._must_discard or not opened.staged_count:
+                continue
+            self._last_update_id += 1
+            try:
+                self._run_once([(self._last_update_id, "discard", lambda _: edit_pb2.Discard())])
+            except errors.Unavailable as error:
+                outage.pause(error)
+        self._must_discard = False
+
+    def close(self):
+        """Lets go of the session."""
+        if self._stream is not None:
+            self._stream.close()
+            self._stream = None
+
+    def _run_once(self, numbered, on_progress=None):
+        on_wire = on_progress and (lambda message: on_progress(diff.progress_from_wire(message)))
+        try:
+            return self._stream.run(numbered, on_wire)
+        except errors.Error:
+            self._stream.cancel()
+            self._stream = None
+            raise
+        except BaseException:
+            # KeyboardInterrupt, or from on_progress: nobody waits for what was sent any more, and
+            # answers to it would be taken for later ones.
+            broken, self._stream = self._stream, None
+            broken.close()
+            raise
+
+    def _open_stream(self, outage):
+        """A stream at last, unless the outage ends before; returns its `Opened`."""
+        busy = backoff.Outage(_BUSY_S_AGAIN if self._was_open else _BUSY_S_FIRST)
+        while self._stream is None:
+            # Waiting makes gRPC look for the server; else it would notice within 5 s only.
+            wait_s = max(_WAIT_S_MIN, outage.left_s()) if self._was_open else None
+            try:
+                self._stream = stream.EditStream(self._stub, self._session_id, self.mirror,
+                                                 self.changes, self._parts, wait_s)
+            except errors.SessionBusy as error:
+                busy.pause(error)
+            except errors.Unavailable as error:
+                if not self._was_open:
+                    raise
+                outage.pause(error)
+        self._was_open = True
+        opened = self._stream.opened
+        self._last_update_id = max(self._last_update_id, opened.last_update_id)
+        if opened.last_update_id < self._staged_id:
+            # Only a session that is not on disk at once. The rest would be half of a step.
+            self._stream.cancel()
+            self._stream, self._staged_id, self._must_discard = None, 0, True
+            raise errors.FailedPrecondition(
+                "UPDATE_REJECTED", "the server has lost what was staged; stage it again")
+        return opened
