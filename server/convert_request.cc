@@ -6,6 +6,20 @@
 
 namespace pliant::server {
 
+Status CheckUpdateId(std::int64_t update_id) {
+  if (update_id > 0 && update_id <= kUpdateIdMax) return {};
+  const std::string is = "update_id is " + std::to_string(update_id);
+  if (update_id > 0) {
+    return RangeError(is + "; allowed are numbers up to " + std::to_string(kUpdateIdMax) +
+                          ", so that there are some left: take the session's last_update_id + 1",
+                      "update_id");
+  }
+  return Error{ErrorCode::kProtocolOrder,
+               is + "; updates, advances and rollbacks are numbered from 1, each greater than "
+                    "every earlier one, so that a repeated one is applied once",
+               "update_id"};
+}
+
 Result<std::int64_t> ConvertPageToken(const std::string& token) {
   std::int64_t after = 0;
   if (token.empty()) return after;

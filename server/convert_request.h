@@ -23,6 +23,9 @@ namespace pliant::server {
           std::move(field)};
 }
 
+/// From 1 to kUpdateIdMax. Errors: kProtocolOrder, kOutOfRange.
+[[nodiscard]] Status CheckUpdateId(std::int64_t update_id);
+
 /// The number that a page begins at; 0 for an empty token. Error: kOutOfRange.
 [[nodiscard]] Result<std::int64_t> ConvertPageToken(const std::string& token);
 

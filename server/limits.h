@@ -39,6 +39,10 @@ inline constexpr std::size_t kCallsMax = 16;
 /// Answers to updates that a session remembers, so that a repeated update is not applied twice: a
 /// client has at most kInboxCommandsMax unanswered, so this covers many reconnections.
 inline constexpr std::size_t kUpdateResultsMax = 1024;
+/// Greatest number of an update. Numbers only grow: who takes the last that there is ends a
+/// session's updates for good, and a slip such as the greatest 64-bit integer must not. Points in
+/// time in nanoseconds fit, until the year 2116.
+inline constexpr std::int64_t kUpdateIdMax = std::int64_t{1} << 62;
 /// Cancelled updates that a session remembers until they begin, those that begin first: more than
 /// may wait in a stream, and a client that names numbers at random fills no memory.
 inline constexpr std::size_t kCancelsMax = 1024;

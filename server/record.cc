@@ -9,7 +9,7 @@
 namespace pliant::server {
 namespace {
 
-constexpr Seal kRecordSeal{.kind = 0x43524c50, .version = 2};  // "PLRC"
+constexpr Seal kRecordSeal{.kind = 0x43524c50, .version = 3};  // "PLRC"
 constexpr Seal kInfoSeal{.kind = 0x46494c50, .version = 1};    // "PLIF"
 constexpr char kRecordName[] = "session record";
 constexpr char kInfoName[] = "session head";

@@ -28,7 +28,8 @@ enum class StageEffect : std::uint8_t {
 
 /// A numbered update was answered.
 struct AnswerRecord {
-  std::optional<SessionEvent> answer = {};  ///< Absent where a bug emptied the stage.
+  /// Absent where a bug emptied the stage, or an update under a used number was refused.
+  std::optional<UpdateAnswer> answer = {};
   StageEffect effect = StageEffect::kNone;
   Bytes update = {};  ///< As it came; SessionCodec reads it.
 };

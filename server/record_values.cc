@@ -17,6 +17,8 @@ namespace {
 
 // Numbers of answers are part of the format.
 enum class AnswerKind : std::uint8_t { kAccepted = 1, kRejected = 2, kAdvanced = 3 };
+/// Beside the kind: the update's fingerprint follows. Older answers have none.
+constexpr std::uint8_t kHasFingerprint = 0x80;
 
 void PutFlag(bool flag, ByteWriter& writer) { writer.Put(static_cast<std::uint8_t>(flag ? 1 : 0)); }
 bool TakeFlag(ByteReader& reader) { return reader.Take<std::uint8_t>() != 0; }
@@ -163,40 +165,71 @@ AdvancedEvent TakeAdvanced(ByteReader& reader) {
   return advanced;
 }
 
+AnswerKind KindOf(const SessionEvent& event) {
+  if (std::holds_alternative<AcceptedEvent>(event.body)) return AnswerKind::kAccepted;
+  if (std::holds_alternative<RejectedEvent>(event.body)) return AnswerKind::kRejected;
+  return AnswerKind::kAdvanced;
+}
+
+void PutAnswerKind(const SessionEvent& event, const Fingerprint& update, ByteWriter& writer) {
+  const auto kind = static_cast<std::uint8_t>(KindOf(event));
+  if (update.kind == UpdateKind::kUnknown) {
+    writer.Put(kind);
+    return;
+  }
+  writer.Put(static_cast<std::uint8_t>(kind | kHasFingerprint));
+  PutEnum(update.kind, writer);
+  writer.Put(update.hash);
+}
+
+Fingerprint TakeFingerprint(ByteReader& reader) {
+  Fingerprint update;
+  update.kind = TakeEnum(reader, UpdateKind::kAdvance);
+  update.hash = reader.Take<std::uint64_t>();
+  if (update.kind < UpdateKind::kMetric) reader.Fail();
+  return update;
+}
+
 }  // namespace
 
-void PutAnswer(const SessionEvent& event, ByteWriter& writer) {
+void PutAnswer(const UpdateAnswer& answer, ByteWriter& writer) {
+  const SessionEvent& event = answer.event;
   writer.Put(event.update_id);
   writer.Put(static_cast<std::int64_t>(event.revision));
+  PutAnswerKind(event, answer.update, writer);
   if (const auto* accepted = std::get_if<AcceptedEvent>(&event.body)) {
-    PutEnum(AnswerKind::kAccepted, writer);
     writer.Put(accepted->staged_count);
   } else if (const auto* rejected = std::get_if<RejectedEvent>(&event.body)) {
-    PutEnum(AnswerKind::kRejected, writer);
     PutError(rejected->error, writer);
   } else {
-    PutEnum(AnswerKind::kAdvanced, writer);
     PutAdvanced(std::get<AdvancedEvent>(event.body), writer);
   }
 }
 
-SessionEvent TakeAnswer(ByteReader& reader) {
-  SessionEvent event;
+UpdateAnswer TakeAnswer(ByteReader& reader) {
+  UpdateAnswer answer;
+  SessionEvent& event = answer.event;
   event.update_id = reader.Take<std::int64_t>();
   event.revision = Revision(reader.Take<std::int64_t>());
-  switch (static_cast<AnswerKind>(reader.Take<std::uint8_t>())) {
+  const auto kind = reader.Take<std::uint8_t>();
+  if ((kind & kHasFingerprint) != 0) answer.update = TakeFingerprint(reader);
+  switch (static_cast<AnswerKind>(kind & ~kHasFingerprint)) {
     case AnswerKind::kAccepted:
       event.body = AcceptedEvent{.staged_count = reader.Take<std::int32_t>()};
-      return event;
+      break;
     case AnswerKind::kRejected:
       event.body = RejectedEvent{TakeError(reader)};
-      return event;
+      break;
     case AnswerKind::kAdvanced:
       event.body = TakeAdvanced(reader);
-      return event;
+      break;
+    default:
+      reader.Fail();
+      return answer;
   }
-  reader.Fail();
-  return event;
+  const UpdateKind update = answer.update.kind;
+  if (update != UpdateKind::kUnknown && !CanAnswer(event, update)) reader.Fail();
+  return answer;
 }
 
 std::shared_ptr<const MetricSpec> TakeSharedSpec(ByteReader& reader) {

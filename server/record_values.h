@@ -16,8 +16,9 @@
 namespace pliant::server {
 
 /// An answer to a numbered update: accepted, rejected or advanced.
-void PutAnswer(const SessionEvent& event, ByteWriter& writer);
-[[nodiscard]] SessionEvent TakeAnswer(ByteReader& reader);
+void PutAnswer(const UpdateAnswer& answer, ByteWriter& writer);
+/// Also those that were written before there were fingerprints.
+[[nodiscard]] UpdateAnswer TakeAnswer(ByteReader& reader);
 
 /// What PutSpec wrote, to be shared; null for none.
 [[nodiscard]] std::shared_ptr<const MetricSpec> TakeSharedSpec(ByteReader& reader);

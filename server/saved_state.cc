@@ -14,7 +14,7 @@ namespace pliant::server {
 namespace {
 
 constexpr Seal kInputSeal{.kind = 0x4e494c50, .version = 2};   // "PLIN"
-constexpr Seal kMemorySeal{.kind = 0x454d4c50, .version = 2};  // "PLME"
+constexpr Seal kMemorySeal{.kind = 0x454d4c50, .version = 3};  // "PLME"
 constexpr char kMemoryName[] = "session snapshot";
 
 bool IsInput(std::span<const std::byte> bytes) {
@@ -96,8 +96,8 @@ Result<SessionMemory> ReadSnapshot(std::span<const std::byte> bytes, const Sessi
   const auto last_update_id = reader.Take<std::int64_t>();
   const auto answer_count = reader.Take<std::uint32_t>();
   for (std::uint32_t i = 0; reader.ok() && i < answer_count; ++i) {
-    const SessionEvent answer = TakeAnswer(reader);
-    if (answer.update_id <= memory.results.last_update_id()) reader.Fail();
+    const UpdateAnswer answer = TakeAnswer(reader);
+    if (answer.event.update_id <= memory.results.last_update_id()) reader.Fail();
     if (reader.ok()) memory.results.Add(answer);
   }
   if (memory.results.last_update_id() != last_update_id) reader.Fail();
@@ -142,7 +142,7 @@ Status Replay(SessionMemory& memory, const AnswerRecord& record, const SessionMa
       break;
   }
   if (!record.answer) return {};
-  if (record.answer->update_id <= memory.results.last_update_id()) {
+  if (record.answer->event.update_id <= memory.results.last_update_id()) {
     return Corrupt(memory.revision, "answers an update twice");
   }
   memory.results.Add(*record.answer);

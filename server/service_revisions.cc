@@ -7,8 +7,10 @@
 #include <vector>
 
 #include "server/convert_reply.h"
+#include "server/convert_request.h"
 #include "server/error_status.h"
 #include "server/service.h"
+#include "server/stored_form.h"
 
 namespace pliant::server {
 namespace {
@@ -78,15 +80,15 @@ grpc::ServerUnaryReactor* SessionServiceImpl::RollbackTo(grpc::CallbackServerCon
   return RunBetweenUpdates(
       context_, call, request->session_id(),
       [request, response](const CommittedState& state) -> Status {
-        if (request->update_id() <= 0) {
-          return Error{ErrorCode::kProtocolOrder,
-                       "update_id must be at least 1 and greater than every earlier one, so that "
-                       "a repeated call goes back once",
-                       "update_id"};
-        }
+        PLIANT_RETURN_IF_ERROR(CheckUpdateId(request->update_id()));
+        // The same as if the editor had sent it.
+        v1::EditRequest update;
+        update.set_update_id(request->update_id());
+        update.mutable_rollback()->set_to_revision(request->to_revision());
         PLIANT_ASSIGN_OR_RETURN(
             const Session::RolledBack done,
-            state.session->RollbackTo(Revision(request->to_revision()), request->update_id()));
+            state.session->RollbackTo(Revision(request->to_revision()), request->update_id(),
+                                      FingerprintOf(update)));
         response->set_revision(static_cast<std::int64_t>(done.revision));
         response->set_state_hash(done.state_hash);
         return {};

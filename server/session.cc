@@ -9,6 +9,17 @@
 #include "server/limits.h"
 
 namespace pliant::server {
+namespace {
+
+bool IsStaging(const UpdateCommand& command) {
+  return !std::holds_alternative<BadAdvance>(command.body) &&
+         !std::holds_alternative<AdvanceSpec>(command.body) &&
+         !std::holds_alternative<RollbackUpdate>(command.body) &&
+         !std::holds_alternative<DiscardUpdate>(command.body);
+}
+
+}  // namespace
+
 std::unique_ptr<SessionJournal> Session::MakeJournal() {
   if (environment_.journal == nullptr) return nullptr;
   return std::make_unique<SessionJournal>(environment_.journal, environment_.durability, [this] {
@@ -300,6 +311,7 @@ bool Session::Build() {
 
 void Session::HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open) {
   mirror_ = open.mirror;
+  step_refused_ = false;
   editor_wants_transfer_ = open.wants_transfer;
   SessionEvent opened = MakeEvent(0);
   opened.body = OpenedEvent{.last_update_id = results_.last_update_id(),
@@ -345,21 +357,12 @@ bool Session::ServeFollowers(Clock::Time slice_end) {
 void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command) {
   const std::int64_t id = command.update_id;
   if (id <= results_.last_update_id()) {
-    std::optional<SessionEvent> answer = results_.Find(id);
-    if (!answer) {
-      answer = MakeEvent(id);
-      answer->body =
-          RejectedEvent{{ErrorCode::kProtocolOrder,
-                         "update_id " + std::to_string(id) + " is neither new (the last was " +
-                             std::to_string(results_.last_update_id()) + ") nor among the last " +
-                             std::to_string(kUpdateResultsMax) + " updates",
-                         "update_id"}};
-    }
-    Tell(editor, *std::move(answer));
-    WhenDurable([editor](const Status&) { editor->CommandDone(); });
+    AnswerAgain(editor, command);
     return;
   }
   current_update_id_ = id;
+  update_ = command.fingerprint;
+  step_refused_ = false;
   if (const auto* bad = std::get_if<BadUpdate>(&command.body)) {
     engine_->Taint();
     Reject(editor, id, bad->error, StageEffect::kTainted);
@@ -372,6 +375,33 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
   } else {
     StageUpdate(editor, command);
   }
+}
+
+// An update whose number was used: its first answer, unless that was to another one. One that is
+// refused here counts like any other refused one, so that nobody commits half of a step.
+void Session::AnswerAgain(const std::shared_ptr<Editor>& editor, const UpdateCommand& command) {
+  const bool advances = std::holds_alternative<AdvanceSpec>(command.body);
+  Result<SessionEvent> first = results_.Repeat(command.update_id, command.fingerprint);
+  if (first.ok() && advances && step_refused_) {
+    first = Error{ErrorCode::kUpdateRejected,
+                  "an update before this advance was refused, as its number was used by another "
+                  "one, so nothing was committed: send the step again under new numbers",
+                  {}};
+  }
+  SessionEvent answer = first.ok() ? *first : MakeEvent(command.update_id);
+  if (!first.ok()) answer.body = RejectedEvent{first.error()};
+  if (!first.ok() && IsStaging(command)) {
+    step_refused_ = step_refused_ || !engine_->tainted();
+    engine_->Taint();
+    RecordAnswer(nullptr, StageEffect::kTainted);
+  }
+  // With its advance the whole step is refused, and what follows is another one.
+  if (!first.ok() && advances && engine_->tainted() && engine_->Discard().ok()) {
+    RecordAnswer(nullptr, StageEffect::kEmptied);
+  }
+  if (advances) step_refused_ = false;
+  Tell(editor, std::move(answer));
+  WhenDurable([editor](const Status&) { editor->CommandDone(); });
 }
 
 // Whether the update that begins has been cancelled already. None with a lower number begins again,
@@ -427,7 +457,7 @@ void Session::Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_
 
 void Session::Answer(const std::shared_ptr<Editor>& editor, SessionEvent event, StageEffect effect,
                      const Bytes& form) {
-  results_.Add(event);
+  results_.Add({event, update_});
   RecordAnswer(&event, effect, form);
   // Before the answer: who has it and asks for the session must not see the state before it.
   PublishInfo();

@@ -173,7 +173,9 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   };
   /// Goes back to a revision that is kept, under a new number; editor and subscribers get the diff.
   /// A repeated update_id goes back once. Errors: kProtocolOrder, kRevisionNotFound.
-  Result<RolledBack> RollbackTo(Revision to_revision, std::int64_t update_id);
+  /// @param update  as that of a RollbackUpdate that says the same
+  Result<RolledBack> RollbackTo(Revision to_revision, std::int64_t update_id,
+                                const Fingerprint& update);
   /// Keeps a revision. Errors: kRevisionNotFound, kResourceExhausted.
   Status SaveRevision(Revision revision);
   /// Errors: kRevisionNotFound.
@@ -244,6 +246,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void SendMissed(const std::shared_ptr<Editor>& editor, Revision mirror_revision);
   void HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open);
   void HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
+  void AnswerAgain(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
   void StageUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
   void BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
                     const AdvanceSpec& spec);
@@ -320,6 +323,10 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   // What is being handled, so that a bug in it is answered too.
   std::shared_ptr<Editor> current_editor_;
   std::int64_t current_update_id_ = 0;
+  // An update of this stream's step was refused because its number was used; so is its advance,
+  // even if one that says the same has that number: it was another step's.
+  bool step_refused_ = false;
+  Fingerprint update_;  // The last one that was new, whose answer comes next or was the last.
   SessionCall current_call_;
   SessionCallRest call_rest_;  // Of a call that goes on.
   SessionUsage reported_;      // What the tenant's account knows.

@@ -79,6 +79,7 @@ Status Check(const SessionMemory& memory, std::int32_t vertices_max) {
   const Engine& engine = memory.engine->engine();
   PLIANT_RETURN_IF_ERROR(CheckEngine(engine, vertices_max));
   if (memory.revision > kRevisionMax) return Corrupt("has an impossible revision");
+  if (memory.results.last_update_id() > kUpdateIdMax) return Corrupt("has an impossible update");
   if (memory.summary != engine.Snapshot().summary) return Corrupt("has another mesh than it says");
   if (memory.active_count < 0 || memory.active_count > engine.vertex_count()) {
     return Corrupt("has more active vertices than vertices");

@@ -160,6 +160,29 @@ struct BadAdvance {
   Error error;
 };
 
+/// Which command a numbered one is. Numbers are those of EditRequest.command, and part of the
+/// store's format.
+enum class UpdateKind : std::uint8_t {
+  kUnknown = 0,  ///< Of an answer that was stored before kinds were.
+  kMetric = 4,
+  kBoundary = 5,
+  kNodes = 6,
+  kDomain = 7,
+  kFields = 8,
+  kConstraints = 9,
+  kOptions = 10,
+  kRollback = 11,
+  kDiscard = 12,
+  kAdvance = 13,
+};
+
+/// What tells an update that is sent again from another one under the same number.
+struct Fingerprint {
+  UpdateKind kind = UpdateKind::kUnknown;
+  std::uint64_t hash = 0;  ///< Of all that it says; 0: unknown.
+  friend bool operator==(const Fingerprint&, const Fingerprint&) = default;
+};
+
 /// A numbered command.
 struct UpdateCommand {
   std::int64_t update_id = 0;
@@ -168,6 +191,7 @@ struct UpdateCommand {
       body = {};
   /// As it came, for a session that keeps a journal: what SessionCodec reads.
   Bytes form = {};
+  Fingerprint fingerprint = {};
 };
 
 using SessionCommand = std::variant<OpenCommand, UpdateCommand>;
@@ -231,6 +255,19 @@ struct SessionEvent {
   std::variant<OpenedEvent, AcceptedEvent, RejectedEvent, ProgressEvent, DiffEvent, SnapshotEvent,
                AdvancedEvent, ClosingEvent, BookmarkEvent>
       body = {};
+};
+
+/// Whether updates of this kind are answered so.
+[[nodiscard]] inline bool CanAnswer(const SessionEvent& event, UpdateKind kind) {
+  const bool commits = kind == UpdateKind::kAdvance || kind == UpdateKind::kRollback;
+  if (std::holds_alternative<AcceptedEvent>(event.body)) return !commits;
+  return commits || !std::holds_alternative<AdvancedEvent>(event.body);
+}
+
+/// The answer to a numbered update, and which update that was.
+struct UpdateAnswer {
+  SessionEvent event = {};
+  Fingerprint update = {};
 };
 
 /// A session as lists show it.

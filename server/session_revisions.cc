@@ -50,22 +50,19 @@ void Session::HandleRollback(const std::shared_ptr<Editor>& editor, std::int64_t
   Answer(editor, RolledBackEvent(update_id, base), StageEffect::kNone);
 }
 
-Result<Session::RolledBack> Session::RollbackTo(Revision to_revision, std::int64_t update_id) {
+Result<Session::RolledBack> Session::RollbackTo(Revision to_revision, std::int64_t update_id,
+                                                const Fingerprint& update) {
   if (update_id <= results_.last_update_id()) {
-    const std::optional<SessionEvent> answer = results_.Find(update_id);
-    if (answer && std::holds_alternative<AdvancedEvent>(answer->body)) {
-      return RolledBack{answer->revision, std::get<AdvancedEvent>(answer->body).summary.state_hash};
-    }
-    return Error{ErrorCode::kProtocolOrder,
-                 "update_id " + std::to_string(update_id) + " is not new: the last was " +
-                     std::to_string(results_.last_update_id()),
-                 "update_id"};
+    PLIANT_ASSIGN_OR_RETURN(const SessionEvent first, results_.Repeat(update_id, update));
+    if (const auto* rejected = std::get_if<RejectedEvent>(&first.body)) return rejected->error;
+    return RolledBack{first.revision, std::get<AdvancedEvent>(first.body).summary.state_hash};
   }
   const Revision base = revision_;
   PLIANT_ASSIGN_OR_RETURN(const std::shared_ptr<const MeshDiff> diff,
                           GoBack(to_revision, update_id));
   const SessionEvent advanced = RolledBackEvent(update_id, base);
-  results_.Add(advanced);
+  update_ = update;
+  results_.Add({advanced, update_});
   RecordAnswer(&advanced, StageEffect::kNone);
   PublishInfo();
   if (const std::shared_ptr<Editor> editor = CurrentEditor();

@@ -66,7 +66,7 @@ void Session::DeleteStored() {
 void Session::RecordAnswer(const SessionEvent* answer, StageEffect effect, const Bytes& form) {
   if (journal_ == nullptr) return;
   AnswerRecord record{.answer = {}, .effect = effect, .update = form};
-  if (answer != nullptr) record.answer = *answer;
+  if (answer != nullptr) record.answer = UpdateAnswer{*answer, update_};
   journal_->Add(record);
 }
 

@@ -6,6 +6,7 @@
 
 #include "server/access.h"
 #include "server/convert_reply.h"
+#include "server/convert_request.h"
 #include "server/error_status.h"
 #include "server/limits.h"
 #include "server/stored_form.h"
@@ -193,16 +194,14 @@ Result<std::optional<SessionCommand>> EditStream::Handle(v1::EditRequest& reques
     default:
       break;
   }
-  if (request.update_id() <= 0) {
-    return OrderError("update_id is " + std::to_string(request.update_id()) +
-                          "; updates and advances are numbered from 1",
-                      "update_id");
-  }
+  PLIANT_RETURN_IF_ERROR(CheckUpdateId(request.update_id()));
   if (const Status status = blobs_.Resolve(request); !status.ok()) {
-    return std::optional<SessionCommand>(
-        UpdateCommand{.update_id = request.update_id(), .body = BadUpdate{status.error()}});
+    return std::optional<SessionCommand>(UpdateCommand{.update_id = request.update_id(),
+                                                       .body = BadUpdate{status.error()},
+                                                       .fingerprint = {.kind = KindOf(request)}});
   }
   UpdateCommand command = ConvertUpdate(request, environment_.limits);
+  command.fingerprint = FingerprintOf(request);
   if (session->is_stored() && !request.has_advance()) command.form = FormOf(request);
   return std::optional<SessionCommand>(std::move(command));
 }

@@ -1,17 +1,65 @@
 #include "server/update_results.h"
 
 #include <algorithm>
+#include <string>
 #include <utility>
+#include <variant>
 
 #include "core/base/check.h"
 
 namespace pliant::server {
+namespace {
 
-void UpdateResults::Add(const SessionEvent& event) {
+const char* NameOf(UpdateKind kind) {
+  switch (kind) {
+    case UpdateKind::kUnknown:
+      return "of another kind";
+    case UpdateKind::kMetric:
+      return "a metric";
+    case UpdateKind::kBoundary:
+      return "a motion of boundaries";
+    case UpdateKind::kNodes:
+      return "a motion of vertices";
+    case UpdateKind::kDomain:
+      return "a domain";
+    case UpdateKind::kFields:
+      return "values of fields";
+    case UpdateKind::kConstraints:
+      return "constraints";
+    case UpdateKind::kOptions:
+      return "options";
+    case UpdateKind::kRollback:
+      return "a rollback";
+    case UpdateKind::kDiscard:
+      return "a discard";
+    case UpdateKind::kAdvance:
+      return "an advance";
+  }
+  return "of another kind";
+}
+
+bool MayAnswer(const UpdateAnswer& answer, const Fingerprint& update) {
+  const Fingerprint& first = answer.update;
+  if (update.kind == UpdateKind::kUnknown) return true;
+  if (first.kind != UpdateKind::kUnknown) {
+    return first.kind == update.kind &&
+           (first.hash == update.hash || first.hash == 0 || update.hash == 0);
+  }
+  return CanAnswer(answer.event, update.kind);
+}
+
+}  // namespace
+
+void UpdateResults::Add(const UpdateAnswer& answer) {
+  const SessionEvent& event = answer.event;
   PLIANT_CHECK(event.update_id > last_update_id_, "update", event.update_id, "last",
                last_update_id_);
   last_update_id_ = event.update_id;
-  Entry entry{.update_id = event.update_id, .revision = event.revision, .other = nullptr};
+  Entry entry{.update_id = event.update_id,
+              .revision = event.revision,
+              .hash = answer.update.hash,
+              .kind = answer.update.kind,
+              .other = nullptr};
   if (const auto* accepted = std::get_if<AcceptedEvent>(&event.body)) {
     entry.staged_count = accepted->staged_count;
   } else {
@@ -21,20 +69,39 @@ void UpdateResults::Add(const SessionEvent& event) {
   if (entries_.size() > count_max_) entries_.pop_front();
 }
 
-SessionEvent UpdateResults::At(std::size_t index) const {
+UpdateAnswer UpdateResults::At(std::size_t index) const {
   const Entry& entry = entries_.at(index);
-  if (entry.other != nullptr) return *entry.other;
-  return {.update_id = entry.update_id,
-          .revision = entry.revision,
-          .body = AcceptedEvent{.staged_count = entry.staged_count}};
+  const Fingerprint update{.kind = entry.kind, .hash = entry.hash};
+  if (entry.other != nullptr) return {.event = *entry.other, .update = update};
+  return {.event = {.update_id = entry.update_id,
+                    .revision = entry.revision,
+                    .body = AcceptedEvent{.staged_count = entry.staged_count}},
+          .update = update};
 }
 
-std::optional<SessionEvent> UpdateResults::Find(std::int64_t update_id) const {
+Result<SessionEvent> UpdateResults::Repeat(std::int64_t update_id,
+                                           const Fingerprint& update) const {
   const auto found =
       std::lower_bound(entries_.begin(), entries_.end(), update_id,
                        [](const Entry& entry, std::int64_t id) { return entry.update_id < id; });
-  if (found == entries_.end() || found->update_id != update_id) return std::nullopt;
-  return At(static_cast<std::size_t>(found - entries_.begin()));
+  if (found == entries_.end() || found->update_id != update_id) {
+    return Error{ErrorCode::kProtocolOrder,
+                 "update_id " + std::to_string(update_id) + " is neither new (the last was " +
+                     std::to_string(last_update_id_) + ") nor among the last " +
+                     std::to_string(count_max_) +
+                     " updates: take the session's last_update_id + 1; another client or a "
+                     "RollbackTo may have used numbers meanwhile",
+                 "update_id"};
+  }
+  UpdateAnswer first = At(static_cast<std::size_t>(found - entries_.begin()));
+  if (MayAnswer(first, update)) return std::move(first.event);
+  return Error{ErrorCode::kProtocolOrder,
+               "update_id " + std::to_string(update_id) + " was used by another update (" +
+                   NameOf(first.update.kind) +
+                   "), perhaps of another client or a RollbackTo, and nothing was applied: take "
+                   "the session's last_update_id + 1, now " +
+                   std::to_string(last_update_id_ + 1),
+               "update_id"};
 }
 
 }  // namespace pliant::server

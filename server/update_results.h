@@ -4,18 +4,18 @@
 #include <cstdint>
 #include <deque>
 #include <memory>
-#include <optional>
 
+#include "core/base/result.h"
 #include "server/session_messages.h"
 
 namespace pliant::server {
 
 /// The answers to the last numbered updates of a session, so that one that is sent again is
-/// answered again and not applied again. Diffs are not kept: a client that lost one gets it, or a
-/// snapshot, when it opens its stream again.
+/// answered again and not applied again, and another one under its number is refused. Diffs are not
+/// kept: a client that lost one gets it, or a snapshot, when it opens its stream again.
 ///
 /// *Invariants*: at most `count_max` answers, their ids ascending. An accepted update, the most
-/// frequent answer by far, costs 40 bytes; a thousand of them are kept for each session.
+/// frequent answer by far, costs 48 bytes; a thousand of them are kept for each session.
 /// *Threads*: one caller at a time.
 class UpdateResults {
  public:
@@ -25,22 +25,28 @@ class UpdateResults {
   [[nodiscard]] std::int64_t last_update_id() const { return last_update_id_; }
 
   /// Remembers an answer; forgets the oldest beyond the bound.
-  /// @pre event.update_id > last_update_id()
-  void Add(const SessionEvent& event);
+  /// @pre answer.event.update_id > last_update_id()
+  void Add(const UpdateAnswer& answer);
 
   /// How many are remembered.
   [[nodiscard]] std::size_t count() const { return entries_.size(); }
   /// One of them, oldest first. @pre index < count()
-  [[nodiscard]] SessionEvent At(std::size_t index) const;
+  [[nodiscard]] UpdateAnswer At(std::size_t index) const;
 
-  /// The answer to an update; nothing if it is forgotten or never was.
-  [[nodiscard]] std::optional<SessionEvent> Find(std::int64_t update_id) const;
+  /// The first answer to an update that comes again. An answer that was stored without a
+  /// fingerprint is that of any update that could have been answered so.
+  /// Error: kProtocolOrder if it is forgotten or never was, or answers another update.
+  /// @pre update_id <= last_update_id()
+  [[nodiscard]] Result<SessionEvent> Repeat(std::int64_t update_id,
+                                            const Fingerprint& update) const;
 
  private:
   struct Entry {
     std::int64_t update_id = 0;
     Revision revision = Revision::kNone;
-    std::int32_t staged_count = 0;              // Of an accepted update...
+    std::uint64_t hash = 0;         // Of the update.
+    std::int32_t staged_count = 0;  // Of an accepted update...
+    UpdateKind kind = UpdateKind::kUnknown;
     std::shared_ptr<const SessionEvent> other;  // ...or any other answer.
   };
 

@@ -198,6 +198,30 @@ TEST(Durable, ARepeatedUpdateGetsItsFirstAnswer) {
   EXPECT_TRUE(refused.has_rejected());
 }
 
+// Goal: what was answered is not the answer to another update under its number, also after a
+// restart; neither is what the refused one was a part of committed.
+TEST(Durable, AnotherUpdateUnderAUsedNumberIsRefused) {
+  const TemporaryFolder folder;
+  Client client(folder.path(), UnitSquare("0.1"));
+  client.Do(Advance());
+  v1::EditRequest size = Size("0.07");
+  const v1::EditResponse accepted = client.Do(size);
+  client.Do(Advance(200));
+  client.Restart();
+  size.set_update_id(2);
+  ExpectSame(accepted, client.Repeat(size));
+  v1::EditRequest other = Size("0.08");
+  other.set_update_id(2);
+  EXPECT_EQ(client.Repeat(other).rejected().error().reason(), "PROTOCOL_ORDER");
+  client.Restart();
+  EXPECT_EQ(client.Do(Advance()).rejected().error().reason(), "UPDATE_REJECTED");
+  other = Advance(100);
+  other.set_update_id(3);
+  EXPECT_EQ(client.Repeat(other).rejected().error().reason(), "PROTOCOL_ORDER");
+  EXPECT_EQ(client.Info().revision(), 2);
+  EXPECT_TRUE(client.Do(Advance()).has_advanced());
+}
+
 // Goal: saved revisions and the window for resuming are there again.
 TEST(Durable, SavedRevisionsAndTheHistoryAreKept) {
   const TemporaryFolder folder;

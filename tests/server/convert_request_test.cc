@@ -22,6 +22,16 @@ TEST(ConvertRequest, ReadsPages) {
   EXPECT_EQ(ConvertPageSize(-1).error().code, ErrorCode::kOutOfRange);
 }
 
+// Goal: no number ends a session's updates for good by a slip; at the bound and one past it.
+TEST(ConvertRequest, ChecksNumbersOfUpdates) {
+  EXPECT_TRUE(CheckUpdateId(1).ok());
+  EXPECT_TRUE(CheckUpdateId(kUpdateIdMax).ok());
+  EXPECT_EQ(CheckUpdateId(kUpdateIdMax + 1).error().code, ErrorCode::kOutOfRange);
+  EXPECT_EQ(CheckUpdateId(INT64_MAX).error().field, "update_id");
+  EXPECT_EQ(CheckUpdateId(0).error().code, ErrorCode::kProtocolOrder);
+  EXPECT_EQ(CheckUpdateId(-1).error().code, ErrorCode::kProtocolOrder);
+}
+
 TEST(ConvertRequest, ReadsTheNumbering) {
   v1::GetMeshRequest request;
   EXPECT_EQ(NumberingOf(request).value(), v1::NUMBERING_STABLE);

@@ -92,7 +92,7 @@ TEST_F(KeeperTest, RecallsASessionAsItWasWithNothingStaged) {
   std::optional<Result<SessionMemory>> found;
   std::optional<Result<SessionMemory>> nobody;
   Journal::Contents contents = OneCommit(makers_);
-  const SessionEvent answer{.update_id = 1, .revision = Revision(1), .body = AcceptedEvent{0}};
+  const UpdateAnswer answer{{.update_id = 1, .revision = Revision(1), .body = AcceptedEvent{0}}};
   contents.records.push_back(
       WriteRecord(AnswerRecord{.answer = answer, .effect = StageEffect::kNone, .update = {}}));
   contents.records.push_back(

@@ -14,10 +14,12 @@ Kind Again(const Kind& record) {
 
 TEST(Record, KeepsAnswers) {
   const AnswerRecord record = Again(AnswerRecord{
-      .answer = SessionEvent{.update_id = 3, .revision = Revision(2), .body = AcceptedEvent{4}},
+      .answer = UpdateAnswer{{.update_id = 3, .revision = Revision(2), .body = AcceptedEvent{4}},
+                             {UpdateKind::kMetric, 9}},
       .effect = StageEffect::kStaged,
       .update = Bytes(5, std::byte{6})});
-  EXPECT_EQ(record.answer->update_id, 3);
+  EXPECT_EQ(record.answer->event.update_id, 3);
+  EXPECT_EQ(record.answer->update.hash, 9u);
   EXPECT_EQ(record.effect, StageEffect::kStaged);
   EXPECT_EQ(record.update, Bytes(5, std::byte{6}));
   EXPECT_FALSE(Again(AnswerRecord{.effect = StageEffect::kEmptied}).answer.has_value());
@@ -68,8 +70,21 @@ TEST(Record, RefusesWhatIsNoRecord) {
     EXPECT_FALSE(ReadRecord(std::span(good).first(i)).ok());
   }
   Bytes newer = good;
-  newer[4] = std::byte{3};
+  newer[4] = std::byte{4};
   EXPECT_EQ(ReadRecord(newer).error().code, ErrorCode::kDataVersion);
+}
+
+// Goal: what the version before wrote, whose answers have no fingerprint, is read.
+TEST(Record, ReadsTheVersionBefore) {
+  Bytes old = WriteRecord(AnswerRecord{
+      .answer = UpdateAnswer{{.update_id = 3, .revision = Revision(2), .body = AcceptedEvent{4}}},
+      .effect = StageEffect::kStaged,
+      .update = Bytes(5, std::byte{6})});
+  old[4] = std::byte{2};
+  const Result<Record> record = ReadRecord(old);
+  ASSERT_TRUE(record.ok()) << record.error().message;
+  EXPECT_EQ(std::get<AnswerRecord>(*record).answer->event.update_id, 3);
+  EXPECT_EQ(std::get<AnswerRecord>(*record).answer->update, Fingerprint{});
 }
 
 TEST(Record, KeepsWhatAListShows) {

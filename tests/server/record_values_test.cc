@@ -24,7 +24,7 @@ Value Again(const Value& value, Put put, Take take) {
   return again;
 }
 
-SessionEvent AdvancedAnswer() {
+UpdateAnswer AdvancedAnswer() {
   AdvancedEvent advanced;
   advanced.base_revision = Revision(3);
   advanced.summary = {5, 6, 7, 0xfedcba9876543210};
@@ -44,15 +44,18 @@ SessionEvent AdvancedAnswer() {
   advanced.motion_fraction = 0.5;
   advanced.compute = std::chrono::microseconds(11);
   advanced.elapsed = std::chrono::microseconds(12);
-  return {.update_id = 41, .revision = Revision(4), .body = advanced};
+  return {.event = {.update_id = 41, .revision = Revision(4), .body = advanced},
+          .update = {UpdateKind::kAdvance, 0x123456789abcdef0}};
 }
 
 TEST(RecordValues, KeepsAdvancedAnswers) {
-  const SessionEvent event = Again(AdvancedAnswer(), PutAnswer, TakeAnswer);
+  const UpdateAnswer answer = Again(AdvancedAnswer(), PutAnswer, TakeAnswer);
+  EXPECT_EQ(answer.update, AdvancedAnswer().update);
+  const SessionEvent& event = answer.event;
   EXPECT_EQ(event.update_id, 41);
   EXPECT_EQ(event.revision, Revision(4));
   const auto& advanced = std::get<AdvancedEvent>(event.body);
-  const AdvancedEvent expected = std::get<AdvancedEvent>(AdvancedAnswer().body);
+  const AdvancedEvent expected = std::get<AdvancedEvent>(AdvancedAnswer().event.body);
   EXPECT_EQ(advanced.base_revision, Revision(3));
   EXPECT_EQ(advanced.summary, expected.summary);
   EXPECT_EQ(advanced.progress.stop_reason, StopReason::kVertexLimit);
@@ -76,18 +79,53 @@ TEST(RecordValues, KeepsAdvancedAnswers) {
 }
 
 TEST(RecordValues, KeepsOtherAnswers) {
-  const SessionEvent accepted =
-      Again(SessionEvent{.update_id = 1, .revision = Revision(2), .body = AcceptedEvent{7}},
-            PutAnswer, TakeAnswer);
-  EXPECT_EQ(std::get<AcceptedEvent>(accepted.body).staged_count, 7);
+  const Fingerprint metric{UpdateKind::kMetric, 3};
+  const UpdateAnswer accepted = Again(
+      UpdateAnswer{{.update_id = 1, .revision = Revision(2), .body = AcceptedEvent{7}}, metric},
+      PutAnswer, TakeAnswer);
+  EXPECT_EQ(std::get<AcceptedEvent>(accepted.event.body).staged_count, 7);
+  EXPECT_EQ(accepted.update, metric);
   for (int code = 0; code <= static_cast<int>(ErrorCode::kInternal); ++code) {
     const Error error{static_cast<ErrorCode>(code), "message", "field", 5, 6};
     const SessionEvent event =
-        Again(SessionEvent{.update_id = 9, .body = RejectedEvent{error}}, PutAnswer, TakeAnswer);
+        Again(UpdateAnswer{{.update_id = 9, .body = RejectedEvent{error}}, metric}, PutAnswer,
+              TakeAnswer)
+            .event;
     const Error& again = std::get<RejectedEvent>(event.body).error;
     EXPECT_EQ(again.code, error.code) << ErrorCodeName(error.code);
     EXPECT_EQ(again.message + again.field, "messagefield");
     EXPECT_EQ(again.index + again.other_index, 11);
+  }
+}
+
+// Goal: answers of before there were fingerprints are read: these bytes were written then.
+TEST(RecordValues, ReadsAnswersWithoutAFingerprint) {
+  ByteWriter writer;
+  writer.Put(std::int64_t{5});  // update_id
+  writer.Put(std::int64_t{2});  // revision
+  writer.Put(std::uint8_t{1});  // accepted
+  writer.Put(std::int32_t{3});  // staged_count
+  const Bytes old = std::move(writer).Take();
+  ByteReader reader(old);
+  const UpdateAnswer answer = TakeAnswer(reader);
+  EXPECT_TRUE(reader.AtEnd());
+  EXPECT_EQ(answer.event.update_id, 5);
+  EXPECT_EQ(std::get<AcceptedEvent>(answer.event.body).staged_count, 3);
+  EXPECT_EQ(answer.update, Fingerprint{});
+  ByteWriter again;
+  PutAnswer(answer, again);
+  EXPECT_EQ(std::move(again).Take(), old) << "it stays without one";
+}
+
+TEST(RecordValues, RefusesAnswersThatTheirUpdateCannotHave) {
+  for (const UpdateKind kind :
+       {UpdateKind::kAdvance, UpdateKind::kRollback, UpdateKind{3}, UpdateKind{14}}) {
+    ByteWriter writer;
+    PutAnswer({{.update_id = 5, .body = AcceptedEvent{}}, {kind, 1}}, writer);
+    const Bytes bytes = std::move(writer).Take();
+    ByteReader reader(bytes);
+    static_cast<void>(TakeAnswer(reader));
+    EXPECT_FALSE(reader.ok()) << static_cast<int>(kind);
   }
 }
 

@@ -45,9 +45,11 @@ class SavedStateTest : public testing::Test {
   void Stage(const std::string& size) {
     const Bytes form = TextCodec::From(size);
     ASSERT_TRUE(memory_.engine->StageCommand(codec_.ReadUpdate(form)).ok());
-    const SessionEvent accepted{.update_id = ++update_id_,
-                                .revision = memory_.revision,
-                                .body = AcceptedEvent{memory_.engine->staged_count()}};
+    ++update_id_;
+    const UpdateAnswer accepted{{.update_id = update_id_,
+                                 .revision = memory_.revision,
+                                 .body = AcceptedEvent{memory_.engine->staged_count()}},
+                                {UpdateKind::kMetric, static_cast<std::uint64_t>(update_id_)}};
     memory_.results.Add(accepted);
     Record(AnswerRecord{.answer = accepted, .effect = StageEffect::kStaged, .update = form});
   }
@@ -101,6 +103,10 @@ void ExpectSame(const SessionMemory& a, const SessionMemory& b) {
   EXPECT_EQ(a.active_count, b.active_count);
   EXPECT_EQ(a.summary, b.summary);
   EXPECT_EQ(a.results.last_update_id(), b.results.last_update_id());
+  ASSERT_EQ(a.results.count(), b.results.count());
+  for (std::size_t i = 0; i < a.results.count(); ++i) {
+    EXPECT_EQ(a.results.At(i).update, b.results.At(i).update);
+  }
   EXPECT_EQ(a.undo.saved(), b.undo.saved());
   EXPECT_EQ(a.undo.steps().size(), b.undo.steps().size());
   EXPECT_EQ(a.engine->staged_count(), b.engine->staged_count());

@@ -137,6 +137,41 @@ TEST_F(RevisionsTest, ACallGoesBackOnceAndTellsTheEditor) {
   EXPECT_EQ(mirror.Hash(), first);
 }
 
+// Goal: a call and an editor that take the same number do not get each other's answers.
+TEST_F(RevisionsTest, ACallAndAnEditorUnderOneNumber) {
+  AdvanceTo("0.06");
+  const auto roll_back = [&](std::int64_t to_revision, std::int64_t update_id) {
+    grpc::ClientContext context;
+    v1::RollbackToRequest request;
+    request.set_session_id(id);
+    request.set_to_revision(to_revision);
+    request.set_update_id(update_id);
+    v1::RollbackToResponse response;
+    const grpc::Status status = server.sessions->RollbackTo(&context, request, &response);
+    return status.ok() ? "revision " + std::to_string(response.revision()) : ReasonOf(status);
+  };
+  EXPECT_EQ(roll_back(1, update), "PROTOCOL_ORDER") << "the number of an advance";
+  EXPECT_EQ(roll_back(1, INT64_MAX), "OUT_OF_RANGE") << "no number would be left";
+  EXPECT_EQ(roll_back(1, update + 1), "revision 3");
+  EXPECT_EQ(roll_back(1, update + 1), "revision 3");
+  EXPECT_EQ(roll_back(2, update + 1), "PROTOCOL_ORDER") << "another revision";
+
+  // The editor does not know of it, and takes the next number that it knows.
+  edit->Size(update + 1, "0.05");
+  edit->Advance(update + 2);
+  const v1::EditResponse metric = edit->Until(update + 1).back();
+  EXPECT_EQ(metric.rejected().error().reason(), "PROTOCOL_ORDER");
+  EXPECT_NE(metric.rejected().error().message().find("a rollback"), std::string::npos)
+      << metric.rejected().error().message();
+  EXPECT_EQ(edit->Until(update + 2).back().rejected().error().reason(), "UPDATE_REJECTED")
+      << "nothing is committed without what was refused";
+  v1::EditRequest same;
+  same.set_update_id(update + 1);
+  same.mutable_rollback()->set_to_revision(1);
+  edit->Send(same);
+  EXPECT_EQ(edit->Until(update + 1).back().advanced().revision(), 3) << "it says the same";
+}
+
 TEST_F(RevisionsTest, SavedOnesAreListedAndReleased) {
   AdvanceTo("0.06");
   EXPECT_TRUE(Save(0).ok());

@@ -107,28 +107,6 @@ TEST(Session, KeepsTheStageWhenOnlyTheAdvanceIsBad) {
   EXPECT_EQ(BodyOf<AdvancedEvent>(*editor, 6).progress.counts.visits, 5) << "update 2 is in it";
 }
 
-// Goal: promise Resumable. What is sent twice is applied once and answered twice.
-TEST(Session, AnswersARepeatedUpdateWithoutApplyingIt) {
-  SessionHarness harness;
-  const auto first = harness.Edit({OpenCommand{}, Advance(1), kMetric(2, 1.0), Advance(3)});
-  harness.session->Detach(first.get());
-  const auto calls = harness.script->calls;
-  const auto second =
-      harness.Edit({OpenCommand{.mirror_revision = Revision(2)}, kMetric(2, 1.0), Advance(3)});
-  EXPECT_THAT(second->Log(), ElementsAre("opened", "accepted 2", "advanced 3"));
-  EXPECT_EQ(harness.script->calls, calls) << "nothing was applied again";
-  EXPECT_EQ(harness.session->info().revision, Revision(2));
-  EXPECT_EQ(BodyOf<OpenedEvent>(*second, 0).last_update_id, 3);
-  EXPECT_EQ(second->done_count, 3);
-}
-
-TEST(Session, RefusesAnUpdateIdThatNeverWasAndIsNotNew) {
-  SessionHarness harness;
-  const auto editor = harness.Edit({OpenCommand{}, Advance(5), kMetric(4, 1.0)});
-  EXPECT_THAT(editor->Log(), ElementsAre("opened", "diff 5", "advanced 5", "rejected 4"));
-  EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 3).error.code, ErrorCode::kProtocolOrder);
-}
-
 // Goal: an update that was staged over a connection that broke is still staged for the next.
 TEST(Session, KeepsWhatIsStagedWhenAConnectionBreaks) {
   SessionHarness harness;

@@ -33,6 +33,19 @@ std::string Essence(const v1::EditResponse& response) {
   return "accepted";
 }
 
+// As the server's stream gives each command one; here no two say the same.
+server::UpdateCommand WithFingerprint(server::UpdateCommand command) {
+  command.fingerprint.hash = static_cast<std::uint64_t>(command.update_id);
+  if (std::holds_alternative<server::AdvanceSpec>(command.body)) {
+    command.fingerprint.kind = server::UpdateKind::kAdvance;
+  } else if (std::holds_alternative<server::DiscardUpdate>(command.body)) {
+    command.fingerprint.kind = server::UpdateKind::kDiscard;
+  } else {
+    command.fingerprint.kind = server::UpdateKind::kMetric;
+  }
+  return command;
+}
+
 }  // namespace
 
 Schedule::Schedule(std::uint64_t seed) : rng_(seed), clock_(seed + 1), scheduler_(0, clock_) {
@@ -144,7 +157,7 @@ server::UpdateCommand Schedule::RandomUpdate() {
     update.source = std::move(tensors);
     command.body = std::move(update);
   }
-  return command;
+  return WithFingerprint(std::move(command));
 }
 
 void Schedule::ClientReceives() {
@@ -279,7 +292,8 @@ void Schedule::Settle() {
     if (link_ == nullptr || !is_open_ || !unanswered_.empty()) continue;
     if (!is_last_sent) {
       is_last_sent = true;
-      Update update{{.update_id = ++last_update_id_, .body = server::DiscardUpdate{}}, 1};
+      Update update{
+          WithFingerprint({.update_id = ++last_update_id_, .body = server::DiscardUpdate{}}), 1};
       link_->up.emplace_back(update.command);
       unanswered_.emplace(update.command.update_id, std::move(update));
       continue;
