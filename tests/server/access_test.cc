@@ -1,10 +1,16 @@
 #include "server/access.h"
 
+#include <gmock/gmock.h>
+#include <google/protobuf/descriptor.h>
+#include <google/protobuf/descriptor_database.h>
 #include <gtest/gtest.h>
 
 #include <functional>
 #include <map>
+#include <set>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "tests/support/job_client.h"
 
@@ -38,10 +44,31 @@ TEST(Access, RefusesAFileThatIsNotMeantSo) {
   EXPECT_EQ(Access::FromFile("/nowhere").error().code, ErrorCode::kFileNotFound);
 }
 
+// Of all services of the protocol that this program knows.
+std::map<std::string, std::set<std::string>> MethodsOfServices() {
+  // Files are known once a message of theirs is used.
+  static_cast<void>(v1::GetSessionRequest::descriptor());
+  static_cast<void>(v1::GetJobRequest::descriptor());
+  std::vector<std::string> names;
+  using google::protobuf::DescriptorPool;
+  EXPECT_TRUE(DescriptorPool::internal_generated_database()->FindAllFileNames(&names));
+  std::map<std::string, std::set<std::string>> methods;
+  for (const std::string& name : names) {
+    const auto* file = DescriptorPool::generated_pool()->FindFileByName(name);
+    if (file == nullptr || file->package() != "pliant.v1") continue;
+    for (int i = 0; i < file->service_count(); ++i) {
+      for (int j = 0; j < file->service(i)->method_count(); ++j) {
+        methods[file->service(i)->name()].insert(file->service(i)->method(j)->name());
+      }
+    }
+  }
+  return methods;
+}
+
 // Goal: one tenant never sees another's session, whatever call it makes; without a token nobody
 // sees anything.
 // Method: every call of the service on a session of `wing`, as its owner, as `rotor`, and as
-// nobody.
+// nobody. The service itself says which calls it has: one that nobody has thought of fails.
 class TenantsTest : public testing::Test {
  protected:
   static Config WithTokens() {
@@ -97,16 +124,40 @@ class TenantsTest : public testing::Test {
     return reader->Finish();
   }
 
-  // Every call of the service on the session `s`, by name.
-  std::map<std::string, Call> Calls() {
+  template <class Request, class Response>
+  using Method = grpc::Status (v1::SessionService::Stub::*)(grpc::ClientContext*, const Request&,
+                                                            Response*);
+  // A call with one answer.
+  template <class Request, class Response>
+  Call Unary(Method<Request, Response> method, const Request& request) {
+    return [this, method, request](grpc::ClientContext* context) {
+      Response response;
+      return (server_.sessions.get()->*method)(context, request, &response);
+    };
+  }
+
+  // Every call of the service that names a session, on the session `s`, which has two revisions; in
+  // an order in which its owner can make them all.
+  std::vector<std::pair<std::string, Call>> Calls() {
+    using Stub = v1::SessionService::Stub;
     auto& stub = *server_.sessions;
+    auto save = Named<v1::SaveRevisionRequest>("s");
+    save.set_revision(1);
+    auto release = Named<v1::ReleaseRequest>("s");
+    release.add_revisions(1);
+    auto roll_back = Named<v1::RollbackToRequest>("s");
+    roll_back.set_to_revision(1);
+    roll_back.set_update_id(1'000);
+    auto fork = Named<v1::ForkRequest>("s");
+    fork.set_new_session_id("f");
     return {
-        {"GetSession",
-         [&](grpc::ClientContext* context) {
-           v1::GetSessionResponse response;
-           return stub.GetSession(context, Named<v1::GetSessionRequest>("s"), &response);
-         }},
         {"Edit", [&](grpc::ClientContext* context) { return Open(context, "s"); }},
+        {"GetSession", Unary(&Stub::GetSession, Named<v1::GetSessionRequest>("s"))},
+        {"GetQuality", Unary(&Stub::GetQuality, Named<v1::GetQualityRequest>("s"))},
+        {"SaveRevision", Unary(&Stub::SaveRevision, save)},
+        {"Release", Unary(&Stub::Release, release)},
+        {"RollbackTo", Unary(&Stub::RollbackTo, roll_back)},
+        {"Fork", Unary(&Stub::Fork, fork)},
         {"Subscribe",
          [&](grpc::ClientContext* context) {
            return First(stub.Subscribe(context, Named<v1::SubscribeRequest>("s")),
@@ -117,22 +168,19 @@ class TenantsTest : public testing::Test {
            return First(stub.GetMesh(context, Named<v1::GetMeshRequest>("s")),
                         v1::GetMeshResponse(), context);
          }},
-        {"GetQuality",
-         [&](grpc::ClientContext* context) {
-           v1::GetQualityResponse response;
-           return stub.GetQuality(context, Named<v1::GetQualityRequest>("s"), &response);
-         }},
         {"ExportSession",
          [&](grpc::ClientContext* context) {
            return First(stub.ExportSession(context, Named<v1::ExportSessionRequest>("s")),
                         v1::ExportSessionResponse(), context);
          }},
-        {"DeleteSession",
-         [&](grpc::ClientContext* context) {
-           v1::DeleteSessionResponse response;
-           return stub.DeleteSession(context, Named<v1::DeleteSessionRequest>("s"), &response);
-         }},
+        {"DeleteSession", Unary(&Stub::DeleteSession, Named<v1::DeleteSessionRequest>("s"))},
     };
+  }
+  // Calls that name no session of somebody's, and why they need no entry above.
+  static std::map<std::string, std::string> OtherCalls() {
+    return {{"CreateSession", "makes one of the caller's own; names are a tenant's own, see below"},
+            {"ImportSession", "as CreateSession, by the same code"},
+            {"ListSessions", "lists the caller's own, see ListsAndIdsAndLimitsAreATenantsOwn"}};
   }
 
   test::InProcessServer server_{RemesherFactory(), WithTokens()};
@@ -140,22 +188,38 @@ class TenantsTest : public testing::Test {
 };
 
 TEST_F(TenantsTest, NoCallSeesAnothersSession) {
-  const std::map<std::string, Call> calls = Calls();
-  // Two revisions, so that every call has something to work on.
+  const std::vector<std::pair<std::string, Call>> calls = Calls();
+  std::set<std::string> covered;
+  for (const auto& [name, call] : calls) EXPECT_TRUE(covered.insert(name).second) << name;
+  for (const auto& [name, why] : OtherCalls()) EXPECT_TRUE(covered.insert(name).second) << name;
+  ASSERT_EQ(covered, MethodsOfServices()["SessionService"])
+      << "a call without an entry in Calls() or OtherCalls(), or an entry without a call";
+
   ASSERT_TRUE(As("aaaaaaaaaaaaaaaa", [&](auto* context) { return Create(context, "s"); }).ok());
-  for (int i = 0; i < 2; ++i) {
-    ASSERT_TRUE(As("aaaaaaaaaaaaaaaa", calls.at("Edit")).ok());
-  }
-  for (const char* name :
-       {"Edit", "GetMesh", "GetQuality", "GetSession", "Subscribe", "DeleteSession"}) {
+  for (int i = 0; i < 2; ++i) ASSERT_TRUE(As("aaaaaaaaaaaaaaaa", calls[0].second).ok());
+  for (const auto& [name, call] : calls) {
     SCOPED_TRACE(name);
-    const Call& call = calls.at(name);
     EXPECT_EQ(test::ReasonOf(As("cccccccccccccccc", call)), "SESSION_NOT_FOUND");
     EXPECT_EQ(test::ReasonOf(As("", call)), "UNAUTHENTICATED");
     EXPECT_EQ(As("dddddddddddddddd", call).error_code(), grpc::StatusCode::UNAUTHENTICATED);
     const grpc::Status status = As("bbbbbbbbbbbbbbbb", call);
     EXPECT_TRUE(status.ok()) << status.error_message();
   }
+}
+
+// The other services: that of jobs is asked below, and what a server tells of itself is no tenant's
+// (but for nobody to see who has no token).
+TEST_F(TenantsTest, EveryServiceHasATest) {
+  std::set<std::string> services;
+  for (const auto& [name, methods] : MethodsOfServices()) services.insert(name);
+  EXPECT_THAT(services, testing::ElementsAre("JobService", "ServerService", "SessionService"));
+  EXPECT_THAT(MethodsOfServices()["ServerService"], testing::ElementsAre("GetServerInfo"));
+  const Call info = [&](grpc::ClientContext* context) {
+    v1::GetServerInfoResponse response;
+    return server_.info->GetServerInfo(context, {}, &response);
+  };
+  EXPECT_EQ(test::ReasonOf(As("", info)), "UNAUTHENTICATED");
+  EXPECT_TRUE(As("cccccccccccccccc", info).ok());
 }
 
 // Method: every call of the service for jobs on a job of `wing`, as its owner, as `rotor`, and as
@@ -175,6 +239,10 @@ TEST_F(TenantsTest, NoCallSeesAnothersJob) {
       {"GetJob", [&](test::JobClient& client) { return client.Get("j", &job); }},
       {"CancelJob", [&](test::JobClient& client) { return client.Cancel("j", &job); }},
       {"FetchResult", [&](test::JobClient& client) { return client.Fetch("j", &mesh); }}};
+  // Submitted and listed above and below.
+  std::set<std::string> covered{"SubmitJob", "ListJobs"};
+  for (const auto& [name, call] : calls) covered.insert(name);
+  ASSERT_EQ(covered, MethodsOfServices()["JobService"]) << "a call without an entry";
   for (const auto& [name, call] : calls) {
     SCOPED_TRACE(name);
     EXPECT_EQ(test::ReasonOf(call(rotor)), "JOB_NOT_FOUND");
