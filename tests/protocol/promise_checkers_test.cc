@@ -7,10 +7,15 @@
 #include <malloc.h>
 
 #include <algorithm>
+#include <atomic>
 #include <fstream>
+#include <memory>
+#include <span>
 #include <sstream>
 #include <string>
+#include <thread>
 #include <utility>
+#include <vector>
 
 #include "core/base/check.h"
 #include "tests/protocol/follow.h"
@@ -244,6 +249,142 @@ TEST(PromiseCheckers, Isolated) {
   Share corrupted = beside;
   ++corrupted.state_hash;
   EXPECT_THAT(CheckIsolated(corrupted, alone), HasSubstr(kIsolated));
+}
+
+/// Where a session's engine meets bugs, from when a test says so; and who is told when it has.
+struct Bugs {
+  std::atomic<bool> in_step = false;
+  std::atomic<bool> in_commit = false;
+  std::atomic<int> met_count = 0;
+};
+
+/// The real engine of a session whose metric is `size`, with bugs; those of other sessions have
+/// none.
+class EngineWithBugs final : public server::Engine {
+ public:
+  EngineWithBugs(std::unique_ptr<server::Engine> engine, std::shared_ptr<Bugs> bugs)
+      : engine_(std::move(engine)), bugs_(std::move(bugs)) {}
+
+  // Some visits, then a bug in the midst of them.
+  Result<Progress> Step(const Budget& budget) override {
+    Budget part = budget;
+    if (bugs_->in_step) part.visits_max = std::min<std::int64_t>(budget.visits_max, 50);
+    Result<Progress> progress = engine_->Step(part);
+    Meet(bugs_->in_step);
+    return progress;
+  }
+  MeshDiff Commit() override {
+    Meet(bugs_->in_commit);
+    return engine_->Commit();
+  }
+  MeshDiff CommitAndTransfer() override { return Commit(); }
+
+  Status SetMetric(const MetricSpec& metric) override { return engine_->SetMetric(metric); }
+  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) override {
+    return engine_->SetTensors(vertices, tensors);
+  }
+  Result<MotionReport> Move(const MotionRequest& request) override {
+    return engine_->Move(request);
+  }
+  std::vector<VertexId> Vertices() const override { return engine_->Vertices(); }
+  TroubleSearch WhereTroublesMayBe() const override { return engine_->WhereTroublesMayBe(); }
+  std::vector<Trouble> FindTroubles(const TroubleSearch& search) const override {
+    return engine_->FindTroubles(search);
+  }
+  Status SetSolution(const server::SolutionRequest& request) override {
+    return engine_->SetSolution(request);
+  }
+  Status SetFields(const FieldUpdate& update) override { return engine_->SetFields(update); }
+  void Rollback() override { engine_->Rollback(); }
+  MeshDiff Snapshot() const override { return engine_->Snapshot(); }
+  std::unique_ptr<server::Measurement> Measure(server::MetricBasis basis) const override {
+    return engine_->Measure(basis);
+  }
+  std::vector<std::string> Validate() const override { return engine_->Validate(); }
+  Revision revision() const override { return engine_->revision(); }
+  std::int32_t vertex_count() const override { return engine_->vertex_count(); }
+
+ private:
+  void Meet(std::atomic<bool>& bug) {
+    if (!bug) return;
+    ++bugs_->met_count;
+    PLIANT_CHECK(false, "test", "a bug");
+  }
+  const std::unique_ptr<server::Engine> engine_;
+  const std::shared_ptr<Bugs> bugs_;
+};
+
+server::EngineFactory WithBugsWhere(const std::string& size, std::shared_ptr<Bugs> bugs) {
+  return [size, bugs](const server::EngineInput& input) -> Result<std::unique_ptr<server::Engine>> {
+    PLIANT_ASSIGN_OR_RETURN(std::unique_ptr<server::Engine> engine,
+                            server::RemesherFactory()(input));
+    const auto* metric = std::get_if<SizeMetric>(&input.metric.source);
+    if (metric == nullptr || metric->size != size) return engine;
+    return std::unique_ptr<server::Engine>(
+        std::make_unique<EngineWithBugs>(std::move(engine), bugs));
+  };
+}
+
+// Method: one session meets a bug again and again, in the steps of its advances and in their
+//         commits, while the other goes on; the other must see what it sees alone, and the first
+//         one is told with a reference each time, is where it was, and works once the bug is gone.
+TEST(PromiseCheckers, IsolatedFromABugWhileANeighbourWorks) {
+  InProcessServer alone_server;
+  std::string id;
+  ASSERT_TRUE(alone_server.Create(UnitSquare("0.1"), &id).ok());
+  const auto drive = [](InProcessServer& server, const std::string& session) {
+    EditClient edit(server, session);
+    edit.Advance(1);
+    std::int64_t update = 1;
+    for (int step = 0; step < 12; ++step) {
+      edit.Size(++update, step % 2 == 0 ? "0.02" : "0.03");
+      edit.Advance(++update);
+    }
+    const v1::EditResponse last = edit.Until(update).back();
+    return Share{last.advanced().state_hash(), last.advanced().revision(), !last.has_advanced()};
+  };
+  const Share alone = drive(alone_server, id);
+
+  const auto bugs = std::make_shared<Bugs>();
+  InProcessServer server(WithBugsWhere("0.2", bugs));
+  std::string bad;
+  ASSERT_TRUE(server.Create(UnitSquare("0.2"), &bad).ok());
+  ASSERT_TRUE(server.Create(UnitSquare("0.1"), &id).ok());
+  EditClient edit(server, bad);
+  edit.Advance(1);
+  const v1::AdvanceResult before = edit.Until(1).back().advanced();
+  ASSERT_EQ(before.revision(), 1);
+
+  std::atomic<bool> is_over = false;
+  Share beside;
+  std::thread neighbour([&] {
+    beside = drive(server, id);
+    is_over = true;
+  });
+  std::int64_t update = 1;
+  for (int round = 0; round < 4 || (!is_over && round < 100); ++round) {
+    bugs->in_step = round % 2 == 0;
+    bugs->in_commit = round % 2 == 1;
+    edit.Size(++update, "0.05");
+    edit.Advance(++update);
+    const v1::EditResponse answer = edit.Until(update).back();
+    if (!answer.has_rejected()) {
+      ADD_FAILURE() << answer.DebugString();
+      break;
+    }
+    EXPECT_EQ(answer.rejected().error().reason(), "INTERNAL");
+    EXPECT_NE(answer.rejected().error().reference(), "");
+    EXPECT_EQ(answer.revision(), 1) << "back at its last revision";
+  }
+  neighbour.join();
+  EXPECT_GE(bugs->met_count, 4);
+  EXPECT_EQ(CheckIsolated(beside, alone), "");
+
+  EXPECT_EQ(Fetch(server, bad).Hash(), before.state_hash()) << "its mesh, too";
+  bugs->in_step = bugs->in_commit = false;
+  edit.Size(++update, "0.05");
+  edit.Advance(++update);
+  EXPECT_EQ(edit.Until(update).back().advanced().revision(), 2);
 }
 
 // Method: two subscribers, of which one stops reading, while diffs of far more bytes than the bound
