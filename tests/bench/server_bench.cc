@@ -140,11 +140,12 @@ struct OverheadSamples {
 
 /// End to end to the applied replica, in turns with the same updates in this process, which give
 /// the same bits. Two updates, there and back, wait for every answer, the next two are sent ahead.
+/// @param share  of the area, in which tensors change
 /// @param updates  of each of the two ways; one more if that is odd
-json Overhead(int workers, double nodes, int updates) {
+json Overhead(int workers, double nodes, double share, int updates) {
   const BenchServer run = ServerWith(workers);
   client::Client client = run.Connect();
-  DiscSession session(client, nodes, 0.01);
+  DiscSession session(client, nodes, share);
   const auto twin = Must(Remesher::Create(Square(), Uniform(SizeFor(nodes)), {}));
   Must(twin->Step({}));
   twin->Commit();
@@ -430,6 +431,7 @@ int Main(int argc, char** argv) {
   std::string what;
   int workers = 2;
   double nodes = 0;
+  double share = 0.01;
   int updates = 300;
   int count = 1'000;
   int seconds = 20;
@@ -439,6 +441,9 @@ int Main(int argc, char** argv) {
       ->check(CLI::IsMember({"fairness", "sessions", "overhead", "stretches", "cancels"}));
   app.add_option("--workers", workers, "Of the server")->capture_default_str();
   app.add_option("--nodes", nodes, "Of the large mesh; 0: 1,000,000, for overhead 100,000");
+  app.add_option("--share", share, "Of the area, whose tensors change, for overhead")
+      ->check(CLI::Range(1e-6, 1.0))
+      ->capture_default_str();
   app.add_option("--updates", updates, "To measure")->capture_default_str();
   app.add_option("--count", count, "Sessions")->capture_default_str();
   app.add_option("--seconds", seconds, "Each session is updated so often")->capture_default_str();
@@ -454,7 +459,7 @@ int Main(int argc, char** argv) {
   } else if (what == "sessions") {
     result = Sessions(workers, count, seconds, threads);
   } else {
-    result = Overhead(workers, nodes > 0 ? nodes : 1e5, updates);
+    result = Overhead(workers, nodes > 0 ? nodes : 1e5, share, updates);
   }
   result["bench"] = what;
   result["workers"] = workers;

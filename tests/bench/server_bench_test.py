@@ -32,6 +32,8 @@ def main():
         assert overhead[answers]["ratio_median"] > 0
         assert overhead[answers]["cpu_ratio_median"] > 0
     assert 20 < overhead["changed"] < 200, overhead["changed"]
+    larger = run("overhead", "--nodes", "5000", "--updates", "2", "--share", "0.1")
+    assert larger["changed"] > 5 * overhead["changed"], larger["changed"]
     phases = run("stretches", "--nodes", "5000")["phases"]
     for phase in ("build", "formula", "tensors"):
         check_percentiles(phases[phase])
