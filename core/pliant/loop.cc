@@ -33,10 +33,19 @@ constexpr int kVisitsOfTired = 2;
 /// longer than the thresholds, so that rounding off the last bit of a rest does not travel.
 constexpr double kCalmOfCold = 5.0 / 3;
 
-/// With the threshold of a build, what a front leaves behind that was carried on has 8 % more nodes
-/// than its metric asks for.
-constexpr double kInsertAboveBehindBody = 1.15;
-constexpr double kInsertAboveBehindFront = 1.13;
+/// Factor on the length from which edges are split. With the threshold of a build, what a front
+/// leaves behind that was carried on has 8 % more nodes than its metric asks for.
+double InsertAbove(PliantLoop::LeftBehind left_behind) {
+  switch (left_behind) {
+    case PliantLoop::LeftBehind::kByBody:
+      return 1.15;
+    case PliantLoop::LeftBehind::kByFront:
+      return 1.13;
+    case PliantLoop::LeftBehind::kNothing:
+      break;
+  }
+  return 1;
+}
 
 /// A node with five neighbours is, beside one with seven, where a row of the lattice ends: without
 /// it the row ends one node earlier, and nothing else changes. To delete one with six neighbours
@@ -152,9 +161,7 @@ void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
 
 PliantLoop::Heat PliantLoop::HeatOf(const VisitState& visit) const {
   const LoopSettings& settings = state_.settings;
-  const double insert_above = left_behind_ == LeftBehind::kNothing  ? 1
-                              : left_behind_ == LeftBehind::kByBody ? kInsertAboveBehindBody
-                                                                    : kInsertAboveBehindFront;
+  const double insert_above = InsertAbove(left_behind_);
   if (options_.variant == Variant::kPaper || visit.age <= settings.age_cooling) {
     return {.delete_below = 1,
             .delete_end_below = left_behind_ == LeftBehind::kByFront ? kEndOfRow : 1,
