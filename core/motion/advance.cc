@@ -183,6 +183,12 @@ std::vector<VertexId> Advance::Disturbed() const {
       std::ranges::for_each(star.ring(), add);
     }
   }
+  // Those that move alike keep their surroundings only if these keep their shape.
+  for (std::size_t place = 0; place < moving_.size(); ++place) {
+    if (stopped()) return {};
+    const std::int32_t group = in_front_[place] ? kAlone : GroupOf(moving_[place]);
+    if (group >= 0 && plan_.Distorts(group, time_)) add(moving_[place]);
+  }
   return all.Ascending();
 }
 

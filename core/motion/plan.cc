@@ -400,6 +400,14 @@ const MotionPlan::Map& MotionPlan::MapAt(std::int32_t shape, double s) const {
   return last.maps[static_cast<std::size_t>(shape)];
 }
 
+bool MotionPlan::Distorts(std::int32_t shape, double s) const {
+  constexpr double kRounding = 1e-12;
+  const Map& map = MapAt(shape, s);
+  return std::abs(Dot(map.column_x, map.column_x) - 1) > kRounding ||
+         std::abs(Dot(map.column_y, map.column_y) - 1) > kRounding ||
+         std::abs(Dot(map.column_x, map.column_y)) > kRounding;
+}
+
 Metric MotionPlan::Carried(const Mover& mover, const Metric& metric, double s) const {
   if (mover.shape == Mover::kStraight) return metric;
   const Map& map = MapAt(mover.shape, s);

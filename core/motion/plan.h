@@ -73,6 +73,10 @@ class MotionPlan {
   /// Segments with an end that moves, ascending.
   [[nodiscard]] const std::vector<std::int32_t>& moved_segments() const { return segments_; }
 
+  /// True if what moves by this shape has other lengths or angles at time s than at first, by more
+  /// than rounding.
+  [[nodiscard]] bool Distorts(std::int32_t shape, double s) const;
+
   /// Where a mover is at time s.
   [[nodiscard]] Vec2 At(const Mover& mover, double s) const;
   /// The parameter of a rider at time s.
