@@ -50,8 +50,10 @@ Result<std::vector<v1::GetMeshResponse>> MeshMessages(const Result<const Committ
 /// A GetQuality that is being answered.
 class QualityCall {
  public:
-  QualityCall(grpc::CallbackServerContext* call, const Clock& clock, v1::QualityReport& report)
-      : call_(*call), reactor_(*call->DefaultReactor()), clock_(clock), report_(report) {}
+  /// @param reactor  the call's, which it has one of.
+  QualityCall(const grpc::CallbackServerContext& call, grpc::ServerUnaryReactor& reactor,
+              const Clock& clock, v1::QualityReport& report)
+      : call_(call), reactor_(reactor), clock_(clock), report_(report) {}
 
   Status Begin(const Result<const CommittedState*>& result, MetricBasis basis) {
     PLIANT_ASSIGN_OR_RETURN(const CommittedState* state, result);
@@ -91,7 +93,7 @@ class QualityCall {
   }
 
  private:
-  grpc::CallbackServerContext& call_;
+  const grpc::CallbackServerContext& call_;
   grpc::ServerUnaryReactor& reactor_;
   const Clock& clock_;
   v1::QualityReport& report_;
@@ -245,8 +247,8 @@ grpc::ServerUnaryReactor* SessionServiceImpl::GetQuality(grpc::CallbackServerCon
   const Result<MetricBasis> basis = ConvertBasis(*request);
   if (!basis.ok()) return End(call, basis.error());
   grpc::ServerUnaryReactor* reactor = call->DefaultReactor();
-  const auto answer =
-      std::make_shared<QualityCall>(call, *context_.session.clock, *response->mutable_quality());
+  const auto answer = std::make_shared<QualityCall>(*call, *reactor, *context_.session.clock,
+                                                    *response->mutable_quality());
   const Status posted =
       (*session)->Post([answer, basis = *basis](const Result<const CommittedState*>& state) {
         if (const Status begun = answer->Begin(state, basis); !begun.ok()) {
