@@ -54,9 +54,12 @@ class RemesherEngine final : public Engine {
   }
 
   Status SetMetric(const MetricSpec& metric) override { return remesher_->SetMetric(metric); }
-  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) override {
-    return remesher_->SetTensors(vertices, tensors);
+  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                    const MetricLimits& limits) override {
+    return remesher_->SetTensors(vertices, tensors, limits);
   }
+  Status SetLimits(const MetricLimits& limits) override { return remesher_->SetLimits(limits); }
+  MetricLimits limits() const override { return remesher_->limits(); }
   void ListenTo(const StopSignal* stop) override { remesher_->ListenTo(stop); }
   Result<MotionReport> Move(const MotionRequest& request) override {
     return MoveVertices(*remesher_, request);
@@ -74,7 +77,7 @@ class RemesherEngine final : public Engine {
   std::vector<Trouble> FindTroubles(const TroubleSearch& search) const override {
     return remesher_->FindTroubles(search);
   }
-  Status SetSolution(const SolutionRequest& request) override {
+  Status SetSolution(const SolutionRequest& request, const MetricLimits& limits) override {
     const ExportedMesh mesh = ExportMesh(remesher_->mesh());
     std::vector<double> stored;
     std::size_t column_count = request.column_count;
@@ -93,12 +96,13 @@ class RemesherEngine final : public Engine {
         stored.insert(stored.end(), row.begin(), row.end());
       }
     }
+    SolutionTarget target = request.target;
+    target.bounds = limits.bounds;
     PLIANT_ASSIGN_OR_RETURN(
         const std::vector<Metric> tensors,
-        MetricOfSolution(mesh.data,
-                         ColumnsOf(request.values ? *request.values : stored, column_count),
-                         request.target));
-    return remesher_->SetTensors({}, tensors);
+        MetricOfSolution(
+            mesh.data, ColumnsOf(request.values ? *request.values : stored, column_count), target));
+    return remesher_->SetTensors({}, tensors, limits);
   }
   Status SetFields(const FieldUpdate& update) override { return remesher_->SetFields(update); }
   Status SetConstraints(const Constraints& constraints) override {

@@ -63,8 +63,11 @@ class Engine {
  public:
   virtual ~Engine() = default;
   virtual Status SetMetric(const MetricSpec& metric) = 0;
-  virtual Status SetTensors(std::span<const VertexId> vertices,
-                            std::span<const Metric> tensors) = 0;
+  /// Tensors with these limits; limits() are those that hold. No vertices: all of them.
+  virtual Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                            const MetricLimits& limits) = 0;
+  virtual Status SetLimits(const MetricLimits& limits) = 0;
+  [[nodiscard]] virtual MetricLimits limits() const = 0;
   /// Who may end SetMetric, SetTensors and SetSolution before they take anything over; they then
   /// return kCancelled. Not owned; null: nobody. An engine that cannot be ended does nothing.
   virtual void ListenTo(const StopSignal* stop) { (void)stop; }
@@ -80,9 +83,9 @@ class Engine {
   /// What to look at, before a commit, and the look, right after it.
   [[nodiscard]] virtual TroubleSearch WhereTroublesMayBe() const = 0;
   [[nodiscard]] virtual std::vector<Trouble> FindTroubles(const TroubleSearch& search) const = 0;
-  /// Tensors at all vertices, from a solution. Errors: those of MetricOfSolution and SetTensors;
-  /// kOutOfRange if there is no nodal field of that name.
-  virtual Status SetSolution(const SolutionRequest& request) = 0;
+  /// Tensors at all vertices, from a solution, with these limits. Errors: those of MetricOfSolution
+  /// and SetTensors; kOutOfRange if there is no nodal field of that name.
+  virtual Status SetSolution(const SolutionRequest& request, const MetricLimits& limits) = 0;
   virtual Status SetFields(const FieldUpdate& update) = 0;
   /// An engine that knows neither says so.
   virtual Status SetConstraints(const Constraints& constraints);

@@ -58,19 +58,30 @@ class Listening {
   const std::unique_ptr<Engine>& engine_;
 };
 
-// The engine lays the limits that hold on tensors at vertices; new ones would be dropped without a
-// word.
-bool ChangesLimits(const MetricUpdate& update) {
-  return update.time || update.size_min || update.size_max || update.anisotropy_max ||
-         update.gradation || update.rotation || update.geometry || update.gap_element_count ||
-         update.smoothing_count || update.automatic;
+// `value`, if there is one, takes the place of what stands there.
+template <typename T>
+void Replace(const std::optional<T>& value, T& place) {
+  if (value) place = *value;
 }
 
-Error LimitsOfTensors() {
-  return {ErrorCode::kUnimplemented,
-          "changing limits or time of tensors at vertices is not implemented by this server; set "
-          "the limits before the tensors, or send another source",
-          "metric.limits"};
+// What limits after an update, if these did before.
+MetricLimits LimitsAfter(const MetricUpdate& update, MetricLimits limits) {
+  Replace(update.size_min, limits.bounds.size_min);
+  Replace(update.size_max, limits.bounds.size_max);
+  Replace(update.anisotropy_max, limits.bounds.anisotropy_max);
+  Replace(update.gradation, limits.gradation.gradation);
+  Replace(update.rotation, limits.gradation.rotation);
+  Replace(update.geometry, limits.gradation.geometry);
+  Replace(update.gap_element_count, limits.gradation.gap_element_count);
+  Replace(update.smoothing_count, limits.gradation.smoothing_count);
+  Replace(update.automatic, limits.gradation.automatic);
+  return limits;
+}
+
+Error TimeOfTensors() {
+  return {ErrorCode::kProtocolOrder,
+          "tensors at vertices know no time; leave it out, or send it with expressions",
+          "metric.time"};
 }
 
 }  // namespace
@@ -158,8 +169,6 @@ Status StagedEngine::StageBody(const UpdateCommand& command) {
 }
 
 Status StagedEngine::Stage(const MetricUpdate& update) {
-  const VertexTensors* tensors = std::get_if<VertexTensors>(&update.source);
-  const SolutionRequest* solution = std::get_if<SolutionRequest>(&update.source);
   Status status;
   if (update.displacement) {
     engine_->ListenTo(nullptr);  // What is displaced stays so.
@@ -169,22 +178,33 @@ Status StagedEngine::Stage(const MetricUpdate& update) {
     tainted_ = true;
     return Named(status, "metric.displacement");
   }
-  if (update.displacement && std::holds_alternative<std::monostate>(update.source) &&
-      !ChangesLimits(update)) {
-    spec_ = nullptr;  // The metric goes along, and is no longer what the specification says.
-  } else if (tensors == nullptr && solution == nullptr) {
-    status = SetSpec(update);
-  } else if (ChangesLimits(update)) {
-    status = LimitsOfTensors();
-  } else {
-    status = tensors != nullptr ? SetTensors(*tensors) : SetSolution(*solution);
-  }
+  status = SetSource(update);
   if (!status.ok()) {
     if (status.error().code != ErrorCode::kCancelled) tainted_ = true;
-    return Named(status, tensors != nullptr ? "metric.tensors" : "metric");
+    return Named(
+        status, std::holds_alternative<VertexTensors>(update.source) ? "metric.tensors" : "metric");
   }
   ++staged_count_;
   return {};
+}
+
+/// What is wanted from now on, by whatever the update says of it.
+Status StagedEngine::SetSource(const MetricUpdate& update) {
+  const MetricLimits before = engine_->limits();
+  const MetricLimits limits = LimitsAfter(update, before);
+  const bool keeps_source = std::holds_alternative<std::monostate>(update.source);
+  if (update.displacement && keeps_source && !update.time && limits == before) {
+    spec_ = nullptr;  // The metric goes along, and is no longer what the specification says.
+    return {};
+  }
+  const VertexTensors* const tensors = std::get_if<VertexTensors>(&update.source);
+  const SolutionRequest* const solution = std::get_if<SolutionRequest>(&update.source);
+  const bool keeps_tensors = keeps_source && spec_ == nullptr;
+  if (tensors == nullptr && solution == nullptr && !keeps_tensors) return SetSpec(update);
+  if (update.time) return TimeOfTensors();
+  if (tensors != nullptr) return SetTensors(*tensors, limits);
+  if (solution != nullptr) return SetSolution(*solution, limits);
+  return engine_->SetLimits(limits);
 }
 
 /// Carried out at once, so that what is sent with it is laid on the mesh as it is then.
@@ -293,21 +313,19 @@ Status StagedEngine::CheckRevision(Revision wanted, const std::string& field) co
 }
 
 /// The limits that hold are laid on the result, with which it still has the wanted complexity.
-Status StagedEngine::SetSolution(SolutionRequest request) {
+Status StagedEngine::SetSolution(const SolutionRequest& request, const MetricLimits& limits) {
   if (revision() == Revision::kNone) {
     return Error{ErrorCode::kRevisionMismatch,
                  "the session has no revision yet, so it has no vertices where a solution could "
                  "be known: advance first",
                  "metric.solution"};
   }
-  if (spec_ != nullptr) bounds_ = spec_->bounds;
-  request.target.bounds = bounds_;
-  PLIANT_RETURN_IF_ERROR(engine_->SetSolution(request));
+  PLIANT_RETURN_IF_ERROR(engine_->SetSolution(request, limits));
   spec_ = nullptr;
   return {};
 }
 
-Status StagedEngine::SetTensors(const VertexTensors& tensors) {
+Status StagedEngine::SetTensors(const VertexTensors& tensors, const MetricLimits& limits) {
   const auto current = static_cast<std::int64_t>(revision());
   if (revision() == Revision::kNone) {
     return Error{ErrorCode::kRevisionMismatch,
@@ -322,22 +340,21 @@ Status StagedEngine::SetTensors(const VertexTensors& tensors) {
                  "metric.revision"};
   }
   // For the engine no vertices means all of them; from a client an empty list is an empty list.
-  if (tensors.vertices && tensors.vertices->empty()) return {};
-  const std::vector<VertexId> all;
-  if (spec_ != nullptr) bounds_ = spec_->bounds;
-  PLIANT_RETURN_IF_ERROR(
-      engine_->SetTensors(tensors.vertices ? *tensors.vertices : all, tensors.tensors));
+  if (tensors.vertices && tensors.vertices->empty()) {
+    if (limits == engine_->limits()) return {};
+    PLIANT_RETURN_IF_ERROR(engine_->SetLimits(limits));
+  } else {
+    const std::vector<VertexId> all;
+    PLIANT_RETURN_IF_ERROR(
+        engine_->SetTensors(tensors.vertices ? *tensors.vertices : all, tensors.tensors, limits));
+  }
   spec_ = nullptr;
   return {};
 }
 
 Status StagedEngine::SetSpec(const MetricUpdate& update) {
   MetricSpec spec;
-  if (spec_ != nullptr) {
-    spec = *spec_;
-  } else if (std::holds_alternative<std::monostate>(update.source)) {
-    return LimitsOfTensors();
-  }
+  if (spec_ != nullptr) spec = *spec_;
   std::visit(
       [&](const auto& source) {
         using Source = std::decay_t<decltype(source)>;
@@ -346,16 +363,10 @@ Status StagedEngine::SetSpec(const MetricUpdate& update) {
         }
       },
       update.source);
-  if (update.time) spec.time = *update.time;
-  if (update.size_min) spec.bounds.size_min = *update.size_min;
-  if (update.size_max) spec.bounds.size_max = *update.size_max;
-  if (update.anisotropy_max) spec.bounds.anisotropy_max = *update.anisotropy_max;
-  if (update.gradation) spec.gradation.gradation = *update.gradation;
-  if (update.rotation) spec.gradation.rotation = *update.rotation;
-  if (update.geometry) spec.gradation.geometry = *update.geometry;
-  if (update.gap_element_count) spec.gradation.gap_element_count = *update.gap_element_count;
-  if (update.smoothing_count) spec.gradation.smoothing_count = *update.smoothing_count;
-  if (update.automatic) spec.gradation.automatic = *update.automatic;
+  Replace(update.time, spec.time);
+  const MetricLimits limits = LimitsAfter(update, engine_->limits());
+  spec.bounds = limits.bounds;
+  spec.gradation = limits.gradation;
   PLIANT_RETURN_IF_ERROR(engine_->SetMetric(spec));
   spec_ = std::make_shared<const MetricSpec>(std::move(spec));
   return {};

@@ -26,7 +26,8 @@ class StagedEngine {
   static Result<StagedEngine> Create(EngineInput input, EngineFactory factory);
 
   /// Stages a change of the metric. Errors: those of Engine::SetMetric and SetTensors,
-  /// kRevisionMismatch, kUnimplemented; then the engine is as before, but tainted().
+  /// kRevisionMismatch, kProtocolOrder for a time of tensors; then the engine is as before, but
+  /// tainted().
   Status Stage(const MetricUpdate& update);
 
   /// Stages a motion. Errors: those of Engine::Move, `field` below "boundary" or "nodes",
@@ -111,10 +112,11 @@ class StagedEngine {
   Status StageBody(const UpdateCommand& command);
   void EndStage();
   Status SetSpec(const MetricUpdate& update);
-  Status SetTensors(const VertexTensors& tensors);
+  Status SetSource(const MetricUpdate& update);
+  Status SetTensors(const VertexTensors& tensors, const MetricLimits& limits);
   Status Move(const MotionUpdate& update);
   Status Displace(const DisplacementUpdate& displacement);
-  Status SetSolution(SolutionRequest request);
+  Status SetSolution(const SolutionRequest& request, const MetricLimits& limits);
   [[nodiscard]] Status CheckRevision(Revision revision, const std::string& field) const;
 
   EngineFactory factory_;
@@ -124,7 +126,6 @@ class StagedEngine {
   // large; null after tensors at vertices, when there is no specification.
   std::shared_ptr<const MetricSpec> spec_;
   std::shared_ptr<const MetricSpec> committed_spec_;
-  SizeBounds bounds_;  // Of the last specification: they go on to hold for tensors.
   std::shared_ptr<const MetricSpec> previous_spec_;  // Of the commit before.
   std::int32_t staged_count_ = 0;
   std::optional<double> motion_fraction_;

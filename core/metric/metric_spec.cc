@@ -17,29 +17,6 @@ namespace {
 constexpr double kSizeMin = 1e-70;
 constexpr double kSizeMax = 1e70;
 
-Status CheckBounds(const SizeBounds& bounds) {
-  const auto refuse = [](const char* name, const char* expected) {
-    const std::string field = std::string("metric.bounds.") + name;
-    return Error{.code = ErrorCode::kOutOfRange,
-                 .message = field + " is out of range; expected " + expected,
-                 .field = field};
-  };
-  // Written so that NaN fails.
-  const auto is_size = [](double size) {
-    return size == 0 || (size >= kSizeMin && size <= kSizeMax);
-  };
-  if (!is_size(bounds.size_min)) return refuse("size_min", "0 (absent) or 1e-70 to 1e70");
-  if (!is_size(bounds.size_max)) return refuse("size_max", "0 (absent) or 1e-70 to 1e70");
-  if (bounds.size_max > 0 && bounds.size_max < bounds.size_min) {
-    return refuse("size_max", "no less than size_min");
-  }
-  if (bounds.anisotropy_max != 0 &&
-      !(bounds.anisotropy_max >= 1 && bounds.anisotropy_max <= kSizeMax)) {
-    return refuse("anisotropy_max", "0 (absent) or 1 to 1e70");
-  }
-  return {};
-}
-
 /// A metric to go on with where an expression has no value: as coarse as the box allows.
 Metric Fallback(const SizeBounds& bounds, const BoundingBox& box) {
   if (bounds.size_max > 0) return Metric::Isotropic(bounds.size_max);
@@ -121,6 +98,29 @@ Result<std::unique_ptr<MetricField>> MakeField(const IntersectedMetric& intersec
 }
 
 }  // namespace
+
+Status CheckBounds(const SizeBounds& bounds) {
+  const auto refuse = [](const char* name, const char* expected) {
+    const std::string field = std::string("metric.limits.") + name;
+    return Error{.code = ErrorCode::kOutOfRange,
+                 .message = field + " is out of range; expected " + expected,
+                 .field = field};
+  };
+  // Written so that NaN fails.
+  const auto is_size = [](double size) {
+    return size == 0 || (size >= kSizeMin && size <= kSizeMax);
+  };
+  if (!is_size(bounds.size_min)) return refuse("size_min", "0 (absent) or 1e-70 to 1e70");
+  if (!is_size(bounds.size_max)) return refuse("size_max", "0 (absent) or 1e-70 to 1e70");
+  if (bounds.size_max > 0 && bounds.size_max < bounds.size_min) {
+    return refuse("size_max", "no less than size_min");
+  }
+  if (bounds.anisotropy_max != 0 &&
+      !(bounds.anisotropy_max >= 1 && bounds.anisotropy_max <= kSizeMax)) {
+    return refuse("anisotropy_max", "0 (absent) or 1 to 1e70");
+  }
+  return {};
+}
 
 bool IsFormula(const MetricSpec& spec) {
   if (const auto* intersected = std::get_if<IntersectedMetric>(&spec.source)) {

@@ -68,6 +68,17 @@ struct MetricSpec {
   friend bool operator==(const MetricSpec&, const MetricSpec&) = default;
 };
 
+/// What limits a metric, whatever it comes from.
+struct MetricLimits {
+  SizeBounds bounds = {};           ///< As MetricSpec::bounds.
+  GradationOptions gradation = {};  ///< As MetricSpec::gradation.
+
+  friend bool operator==(const MetricLimits&, const MetricLimits&) = default;
+};
+
+/// Refuses impossible bounds. Errors: kOutOfRange; `field` starts with "metric.limits.".
+[[nodiscard]] Status CheckBounds(const SizeBounds& bounds);
+
 /// True if a specification is all formulas: small, and another one where the time is another.
 [[nodiscard]] bool IsFormula(const MetricSpec& spec);
 

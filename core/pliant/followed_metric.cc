@@ -35,9 +35,9 @@ Status CheckGradation(const GradationOptions& gradation) {
   const auto check = [](const char* name, double value, double low, double high) -> Status {
     if (value == 0 || (value >= low && value <= high)) return {};
     std::ostringstream message;
-    message << "metric." << name << " is " << value << "; expected 0 (off) or " << low << " to "
-            << high;
-    return Error{ErrorCode::kOutOfRange, message.str(), std::string("metric.") + name};
+    message << "metric.limits." << name << " is " << value << "; expected 0 (off) or " << low
+            << " to " << high;
+    return Error{ErrorCode::kOutOfRange, message.str(), std::string("metric.limits.") + name};
   };
   PLIANT_RETURN_IF_ERROR(check("gradation", gradation.gradation, 1, 10));
   PLIANT_RETURN_IF_ERROR(check("rotation", gradation.rotation, 0.1, 10));
@@ -46,9 +46,9 @@ Status CheckGradation(const GradationOptions& gradation) {
   constexpr std::int32_t kPassesMax = TensorSmoothing::kPassesMax;
   if (gradation.smoothing_count >= 0 && gradation.smoothing_count <= kPassesMax) return {};
   return Error{ErrorCode::kOutOfRange,
-               "metric.smoothing_count is " + std::to_string(gradation.smoothing_count) +
+               "metric.limits.smoothing_count is " + std::to_string(gradation.smoothing_count) +
                    "; expected 0 (off) to " + std::to_string(kPassesMax),
-               "metric.smoothing_count"};
+               "metric.limits.smoothing_count"};
 }
 
 /// Refuses a vertex that is named twice.
@@ -80,6 +80,11 @@ std::vector<VertexId> LiveVertices(const Mesh& mesh) {
 }
 
 Status FollowedMetric::Check(const MetricSpec& spec) { return CheckGradation(spec.gradation); }
+
+Status FollowedMetric::Check(const MetricLimits& limits) {
+  PLIANT_RETURN_IF_ERROR(CheckBounds(limits.bounds));
+  return CheckGradation(limits.gradation);
+}
 
 Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
                                     std::span<const Metric> tensors, const StopSignal* stop) const {
@@ -140,16 +145,25 @@ Result<std::vector<Metric>> FollowedMetric::Ask(const MetricField& field,
 }
 
 void FollowedMetric::Take(std::shared_ptr<MetricField> field, const MetricSpec* spec) {
-  const GradationOptions limits =
-      spec == nullptr ? GradationOptions{.automatic = false} : spec->gradation;
+  TakeLimits(spec == nullptr ? MetricLimits{.gradation = {.automatic = false}}
+                             : MetricLimits{spec->bounds, spec->gradation});
   state_.source = std::move(field);
   state_.spec.reset();
-  state_.bounds = spec == nullptr ? SizeBounds{} : spec->bounds;
-  // What was needed once holds on: limits that come and go with every metric help nobody.
-  state_.usual_hold = state_.usual_hold && limits.awaits_need();
-  state_.limits = state_.usual_hold ? limits.WithUsual() : limits;
   if (spec != nullptr && IsFormula(*spec)) state_.spec = *spec;
   field_ = state_.source;
+}
+
+void FollowedMetric::TakeLimits(const MetricLimits& limits) {
+  state_.bounds = limits.bounds;
+  // What was needed once holds on: limits that come and go with every metric help nobody.
+  state_.usual_hold = state_.usual_hold && limits.gradation.awaits_need();
+  state_.limits = state_.usual_hold ? limits.gradation.WithUsual() : limits.gradation;
+}
+
+MetricLimits FollowedMetric::asked_limits() const {
+  MetricLimits asked{state_.bounds, state_.limits};
+  if (state_.usual_hold) asked.gradation.gradation = asked.gradation.rotation = 0;
+  return asked;
 }
 
 void FollowedMetric::Follow(std::shared_ptr<MetricField> field, const MetricSpec* spec) {
@@ -209,6 +223,53 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
   if (!state_.limits.any()) return wanted;
   state_.limit_rounds_left = kLimitRounds;
   return Limit();
+}
+
+Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> vertices,
+                                                 std::span<const Metric> tensors,
+                                                 const MetricLimits& limits,
+                                                 const StopSignal* stop) {
+  if (limits == asked_limits()) return SetTensors(vertices, tensors, stop);
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors raw, RawNow(stop));
+  const auto row_of = [&](VertexId vertex) {
+    return std::ranges::lower_bound(raw.vertices, vertex) - raw.vertices.begin();
+  };
+  StopPoll stopped(stop);
+  for (std::size_t i = 0; i < vertices.size(); ++i) {
+    if (stopped()) return Stopped();
+    raw.tensors[static_cast<std::size_t>(row_of(vertices[i]))] = tensors[i];
+  }
+  for (Metric& tensor : raw.tensors) {
+    if (stopped()) return Stopped();
+    tensor = Bound(tensor, limits.bounds);
+  }
+  TakeLimits(limits);
+  state_.limit_rounds_left = state_.limits.any() ? kLimitRounds : 0;
+  if (!state_.limits.any()) limits_.TurnOff();
+  if (!committed() || !state_.limits.any()) {
+    PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, FollowTensors(std::move(raw), stop));
+    if (!state_.limits.any()) return wanted;
+    return Limit();
+  }
+  --state_.limit_rounds_left;
+  state_.source = nullptr;
+  state_.spec.reset();
+  PLIANT_RETURN_IF_ERROR(limits_.Load(state_.limits, raw.vertices, raw.tensors, stop));
+  return LayLimits(stop);
+}
+
+/// What every vertex wants where it is now, bounds applied, without limits. @par Cost O(mesh)
+Result<WantedTensors> FollowedMetric::RawNow(const StopSignal* stop) {
+  if (!committed()) return Evaluate(*state_.source, stop);
+  WantedTensors raw{LiveVertices(mesh_), {}};
+  raw.tensors.reserve(raw.vertices.size());
+  if (limits_.on()) limits_.Follow(*base_, *RawField());
+  StopPoll stopped(stop);
+  for (const VertexId vertex : raw.vertices) {
+    if (stopped()) return Stopped();
+    raw.tensors.push_back(limits_.on() ? limits_.Raw(vertex) : mesh_.metric(vertex));
+  }
+  return raw;
 }
 
 Result<WantedTensors> FollowedMetric::Carry(std::span<const VertexId> vertices,

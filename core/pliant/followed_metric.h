@@ -64,6 +64,8 @@ class FollowedMetric {
 
   /// Refuses a specification that names impossible limits; the field is checked when it is made.
   [[nodiscard]] static Status Check(const MetricSpec& spec);
+  /// Refuses impossible limits.
+  [[nodiscard]] static Status Check(const MetricLimits& limits);
 
   /// True if `spec` is known to be what is followed already.
   [[nodiscard]] bool Follows(const MetricSpec& spec) const {
@@ -111,6 +113,15 @@ class FollowedMetric {
   /// @par Cost O(k + changed since the last commit); before the first commit O(mesh)
   [[nodiscard]] Result<WantedTensors> SetTensors(std::span<const VertexId> vertices,
                                                  std::span<const Metric> tensors,
+                                                 const StopSignal* stop = nullptr);
+
+  /// The same, with other limits from now on: also for the tensors of the other vertices, as far as
+  /// they are known. What bounds have cut off a tensor is lost. @pre CheckTensors, Check(limits)
+  /// @param stop  as for SetTensors
+  /// @par Cost O(k) if they are those that hold, else O(mesh)
+  [[nodiscard]] Result<WantedTensors> SetTensors(std::span<const VertexId> vertices,
+                                                 std::span<const Metric> tensors,
+                                                 const MetricLimits& limits,
                                                  const StopSignal* stop = nullptr);
 
   /// Tensors that vertices brought along when they were moved: the field takes them over where they
@@ -171,6 +182,8 @@ class FollowedMetric {
   }
   [[nodiscard]] const MeshLimits& limits() const { return limits_; }
   [[nodiscard]] const State& state() const { return state_; }
+  /// Those that were asked for: without the usual ones that were needed.
+  [[nodiscard]] MetricLimits asked_limits() const;
 
  private:
   [[nodiscard]] bool committed() const { return edit_.committed() != Revision::kNone; }
@@ -179,6 +192,8 @@ class FollowedMetric {
     return state_.source != nullptr && !(limits_.on() && limits_.limits_anything());
   }
   void Take(std::shared_ptr<MetricField> field, const MetricSpec* spec);
+  void TakeLimits(const MetricLimits& limits);
+  [[nodiscard]] Result<WantedTensors> RawNow(const StopSignal* stop);
   [[nodiscard]] Result<WantedTensors> FollowTensors(WantedTensors wanted, const StopSignal* stop);
   [[nodiscard]] Result<WantedTensors> LimitTensors(std::span<const VertexId> vertices,
                                                    const std::vector<Metric>& tensors,

@@ -97,8 +97,13 @@ Status Remesher::SetField(std::unique_ptr<MetricField> field) {
   return impl_->SetField(std::move(field), nullptr);
 }
 Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
-  return impl_->SetTensors(vertices, tensors);
+  return impl_->SetTensors(vertices, tensors, nullptr);
 }
+Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                            const MetricLimits& limits) {
+  return impl_->SetTensors(vertices, tensors, &limits);
+}
+Status Remesher::SetLimits(const MetricLimits& limits) { return impl_->SetLimits(limits); }
 Status Remesher::Apply(MeshChange& change) { return impl_->Change(change); }
 Status Remesher::SetConstraints(const Constraints& constraints) {
   return impl_->SetConstraints(constraints);
@@ -136,6 +141,7 @@ Result<RevisionDelta> Remesher::ReadDelta(std::span<const std::byte> bytes) cons
 const Mesh& Remesher::mesh() const { return impl_->mesh(); }
 const MetricField& Remesher::field() const { return impl_->field(); }
 std::shared_ptr<const MetricField> Remesher::raw_field() const { return impl_->raw_field(); }
+MetricLimits Remesher::limits() const { return impl_->limits(); }
 const MetricReport& Remesher::metric_report() const { return impl_->metric_report(); }
 bool Remesher::building() const { return impl_->building(); }
 Revision Remesher::revision() const { return impl_->revision(); }

@@ -89,6 +89,17 @@ class Remesher {
   /// @par Cost O(k + changed since the last commit); before the first commit O(mesh)
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors);
 
+  /// The same with other limits, which hold from now on, for the tensors of the other vertices too.
+  /// Bounds that are looser than those before change only tensors that are sent from now on: what
+  /// bounds have cut off is not kept. Errors: also kOutOfRange for the limits.
+  /// @par Cost as above if these limits hold already, else O(mesh)
+  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                    const MetricLimits& limits);
+
+  /// Other limits for the tensors that vertices have, which are the metric from now on if they were
+  /// not yet: limits of a specification change with SetMetric. Errors: kOutOfRange.
+  Status SetLimits(const MetricLimits& limits);
+
   /// Who helps from now on with large work: the first build of a large mesh. No executor changes
   /// any bit; a rule other than the default does, and is for tests.
   void UseHelpers(const Helpers& helpers);
@@ -195,6 +206,8 @@ class Remesher {
   [[nodiscard]] const MetricField& field() const;
   /// The metric as it was sent, bounds applied, without limits: to measure the mesh against it.
   [[nodiscard]] std::shared_ptr<const MetricField> raw_field() const;
+  /// The limits that were asked for; not those that `automatic` has laid.
+  [[nodiscard]] MetricLimits limits() const;
   /// What the limits made of the metric when they were laid last.
   [[nodiscard]] const MetricReport& metric_report() const;
   /// The first mesh is being built from coarse to fine: a commit now ends that, and what follows

@@ -37,7 +37,10 @@ class Remesher::Impl {
   Status SetSpec(const MetricSpec& spec);
   /// @param spec  what the field was made from; null for a field of the caller's own.
   Status SetField(std::unique_ptr<MetricField> field, const MetricSpec* spec);
-  Status SetTensors(std::span<const VertexId> given, std::span<const Metric> tensors);
+  /// @param limits  null: those that hold
+  Status SetTensors(std::span<const VertexId> given, std::span<const Metric> tensors,
+                    const MetricLimits* limits);
+  Status SetLimits(const MetricLimits& limits);
   Status Change(MeshChange& change);
   Status SetConstraints(const Constraints& constraints);
   Status SetOptions(const Options& options);
@@ -64,6 +67,7 @@ class Remesher::Impl {
   [[nodiscard]] std::shared_ptr<const MetricField> raw_field() const {
     return followed_.RawField();
   }
+  [[nodiscard]] MetricLimits limits() const { return followed_.asked_limits(); }
   [[nodiscard]] const MetricReport& metric_report() const { return followed_.limits().report(); }
   [[nodiscard]] bool building() const { return nested_.has_value(); }
   [[nodiscard]] Revision revision() const { return revision_; }
@@ -95,6 +99,8 @@ class Remesher::Impl {
   Status LimitAgain();
   [[nodiscard]] bool NeedsLimits();
   [[nodiscard]] TroubleContext ContextOfTroubles() const;
+  Status FollowTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                       const MetricLimits* limits);
   [[nodiscard]] const StopSignal* StopOfWhole() const;
   Status ApplyOrGoBack(Result<WantedTensors> wanted, const StopSignal* stop,
                        std::optional<FollowedMetric::Way> way);

@@ -60,16 +60,32 @@ Status Remesher::Impl::SetField(std::unique_ptr<MetricField> field, const Metric
       std::move(way));
 }
 
-Status Remesher::Impl::SetTensors(std::span<const VertexId> given,
-                                  std::span<const Metric> tensors) {
+Status Remesher::Impl::SetTensors(std::span<const VertexId> given, std::span<const Metric> tensors,
+                                  const MetricLimits* limits) {
   const std::vector<VertexId> all = given.empty() ? LiveVertices(mesh_) : std::vector<VertexId>();
   const std::span<const VertexId> vertices = given.empty() ? std::span(all) : given;
+  if (limits != nullptr) PLIANT_RETURN_IF_ERROR(FollowedMetric::Check(*limits));
   PLIANT_RETURN_IF_ERROR(followed_.CheckTensors(vertices, tensors, stop_));
+  return FollowTensors(vertices, tensors, limits);
+}
+
+Status Remesher::Impl::SetLimits(const MetricLimits& limits) {
+  PLIANT_RETURN_IF_ERROR(FollowedMetric::Check(limits));
+  if (limits == followed_.asked_limits()) return {};
+  return FollowTensors({}, {}, &limits);
+}
+
+/// Tensors at these vertices. @param limits  null: those that hold
+Status Remesher::Impl::FollowTensors(std::span<const VertexId> vertices,
+                                     std::span<const Metric> tensors, const MetricLimits* limits) {
   const StopSignal* const stop = StopOfWhole();
   LeaveNestedBuild();
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   auto way = followed_.WayBack();
-  Result<WantedTensors> wanted = followed_.SetTensors(vertices, tensors, way ? stop : nullptr);
+  const StopSignal* const way_stop = way ? stop : nullptr;
+  Result<WantedTensors> wanted = limits == nullptr
+                                     ? followed_.SetTensors(vertices, tensors, way_stop)
+                                     : followed_.SetTensors(vertices, tensors, *limits, way_stop);
   if (wanted.ok() && wanted->vertices.empty()) return {};
   return ApplyOrGoBack(std::move(wanted), stop, std::move(way));
 }

@@ -129,7 +129,7 @@ FollowedMetric::State ReadMetricState(ByteReader& reader, const FollowedMetric::
   state.spec = TakeFormula(reader);
   state.bounds = TakeBounds(reader);
   state.limits = TakeGradation(reader);
-  if (!FollowedMetric::Check({.gradation = state.limits}).ok()) reader.Fail();
+  if (!FollowedMetric::Check(MetricLimits{state.bounds, state.limits}).ok()) reader.Fail();
   state.usual_hold = reader.Take<std::uint8_t>() != 0;
   state.limit_rounds_left = reader.Take<std::int32_t>();
   if (state.limit_rounds_left < 0 || state.limit_rounds_left > 100) reader.Fail();

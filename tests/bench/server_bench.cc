@@ -363,7 +363,8 @@ json Cancels(double nodes, int trials) {
   };
   stage("stage_formula", [&] { return engine->SetMetric(DentedFormula(nodes)); });
   stage("stage_limits", [&] { return engine->SetMetric(Limited(DentedFormula(nodes))); });
-  stage("stage_all_tensors", [&] { return engine->SetTensors(vertices, tensors); });
+  stage("stage_all_tensors",
+        [&] { return engine->SetTensors(vertices, tensors, engine->limits()); });
   const MotionRequest shake = Shake(engine->Snapshot(), 0.05 * SizeFor(nodes));
   stage("move_nodes", [&] { return engine->Move(shake); });
   stage("move_boundary", [&] { return engine->Move(PushedSide(nodes)); });
@@ -418,7 +419,8 @@ json Stretches(double nodes) {
   run("formula");
   const std::vector<VertexId> vertices = engine->Vertices();
   const std::vector<Metric> tensors(vertices.size(), Metric::Isotropic(0.98 * SizeFor(nodes)));
-  time("stage_all_tensors_ms", [&] { Must(engine->SetTensors(vertices, tensors)); });
+  time("stage_all_tensors_ms",
+       [&] { Must(engine->SetTensors(vertices, tensors, engine->limits())); });
   run("tensors");
   time("snapshot_ms", [&] { (void)engine->Snapshot(); });
   return {{"phases", phases}};

@@ -97,17 +97,17 @@ TEST(Engine, FollowsASolutionByValuesAndByName) {
     for (const Vec2 p : first.vertex_positions) values.values.push_back(p.x * p.x * p.x);
     ASSERT_TRUE(engine->SetFields({.values = {values}}).ok());
     SolutionRequest request{.name = "u", .target = {.target = TargetComplexity{300}}};
-    EXPECT_EQ(engine->SetSolution(request).error().code, ErrorCode::kOutOfRange)
+    EXPECT_EQ(engine->SetSolution(request, {}).error().code, ErrorCode::kOutOfRange)
         << "the field is only staged";
     (void)engine->Commit();
     if (!by_name) request.values = values.values;
-    ASSERT_TRUE(engine->SetSolution(request).ok());
+    ASSERT_TRUE(engine->SetSolution(request, {}).ok());
     ASSERT_TRUE(engine->Step({}).ok());
     const MeshDiff diff = engine->Commit();
     EXPECT_NEAR(diff.summary.triangle_count * 0.433 / 300, 1, 0.15);
     hashes.push_back(diff.summary.state_hash);
     request.values = std::vector<double>(3, 1.0);
-    EXPECT_EQ(engine->SetSolution(request).error().code, ErrorCode::kArrayLength);
+    EXPECT_EQ(engine->SetSolution(request, {}).error().code, ErrorCode::kArrayLength);
   }
   EXPECT_EQ(hashes[0], hashes[1]);
 }
@@ -166,7 +166,7 @@ TEST(Engine, MeasuresTheSameWithThreads) {
   expect_same([](Engine& engine) {
     const std::vector<VertexId> vertices = engine.Vertices();
     const std::vector<Metric> tensors(vertices.size(), Metric::Isotropic(0.03));
-    return engine.SetTensors(vertices, tensors);
+    return engine.SetTensors(vertices, tensors, {});
   });
   expect_same([](Engine& engine) {
     MetricSpec limited{.source = SizeMetric{"0.02 + 0.1*y"}};

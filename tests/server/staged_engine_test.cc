@@ -103,7 +103,7 @@ TEST(StagedEngine, TakesASolutionOnceThereIsARevision) {
   f.engine.Commit();
   EXPECT_TRUE(f.engine.Stage(update).ok());
   EXPECT_THAT(f.script->calls, ElementsAre("solution u"));
-  EXPECT_EQ(f.engine.Stage(MetricUpdate{.time = 3.0}).error().code, ErrorCode::kUnimplemented)
+  EXPECT_EQ(f.engine.Stage(MetricUpdate{.time = 3.0}).error().code, ErrorCode::kProtocolOrder)
       << "the specification is gone, as after tensors";
 }
 
@@ -224,16 +224,35 @@ TEST(StagedEngine, ForgetsAStagedMetricWithTheStage) {
   EXPECT_EQ(f.script->rollback_count, 1);
 }
 
-TEST(StagedEngine, CannotChangeLimitsOfTensorsYetAndSaysSo) {
+TEST(StagedEngine, ChangesLimitsOfTensorsWithThemAndAfterThem) {
   Fixture f;
   f.engine.Commit();
-  ASSERT_TRUE(f.engine.Stage({.source = OneTensor(Revision(1))}).ok());
-  Status status = f.engine.Stage({.source = {}, .size_min = 0.1});
-  ASSERT_FALSE(status.ok());
-  EXPECT_EQ(status.error().code, ErrorCode::kUnimplemented);
+  ASSERT_TRUE(f.engine.Stage({.source = OneTensor(Revision(1)), .gradation = 1.5}).ok());
+  ASSERT_TRUE(f.engine.Stage({.source = {}, .size_min = 0.1}).ok());
+  EXPECT_THAT(f.script->calls, ElementsAre("tensors 1/1", "limits"));
+  MetricLimits limits;
+  limits.bounds.size_min = 0.1;
+  limits.gradation.gradation = 1.5;
+  EXPECT_EQ(f.engine.engine().limits(), limits) << "what an update does not name stays";
   ASSERT_TRUE(f.engine.Discard().ok());
-  EXPECT_TRUE(f.engine.Stage({.source = {}, .size_min = 0.1}).ok())
-      << "before the tensors there was a specification";
+  EXPECT_EQ(f.engine.engine().limits(), MetricLimits());
+}
+
+TEST(StagedEngine, KeepsTheLimitsOfTensorsForTheFormulaAfterThem) {
+  Fixture f;
+  f.engine.Commit();
+  ASSERT_TRUE(f.engine.Stage({.source = OneTensor(Revision(1)), .gradation = 1.5}).ok());
+  ASSERT_TRUE(f.engine.Stage({.source = SizeMetric{"x"}}).ok());
+  EXPECT_EQ(f.engine.spec()->gradation.gradation, 1.5);
+}
+
+TEST(StagedEngine, KnowsNoTimeOfTensors) {
+  Fixture f;
+  f.engine.Commit();
+  const Status status = f.engine.Stage({.source = OneTensor(Revision(1)), .time = 2.0});
+  ASSERT_FALSE(status.ok());
+  EXPECT_EQ(status.error().code, ErrorCode::kProtocolOrder);
+  EXPECT_EQ(status.error().field, "metric.time");
 }
 
 TEST(StagedEngine, UndoesNothingWhenNothingWasStaged) {

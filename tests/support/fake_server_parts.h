@@ -84,13 +84,22 @@ class FakeEngine final : public Engine {
 
   Status SetMetric(const MetricSpec& metric) override {
     script_->calls.push_back("metric t=" + std::to_string(static_cast<int>(metric.time)));
+    limits_ = {metric.bounds, metric.gradation};
     return Update();
   }
-  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) override {
+  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                    const MetricLimits& limits) override {
+    limits_ = limits;
     script_->calls.push_back("tensors " + std::to_string(vertices.size()) + "/" +
                              std::to_string(tensors.size()));
     return Update();
   }
+  Status SetLimits(const MetricLimits& limits) override {
+    script_->calls.push_back("limits");
+    limits_ = limits;
+    return Update();
+  }
+  MetricLimits limits() const override { return limits_; }
   void ListenTo(const StopSignal* stop) override { stop_ = stop; }
   Result<MotionReport> Move(const MotionRequest& request) override {
     script_->calls.push_back("move " + std::to_string(request.vertices.size()) + "/" +
@@ -111,7 +120,8 @@ class FakeEngine final : public Engine {
   std::vector<VertexId> Vertices() const override {
     return {VertexId(0), VertexId(2), VertexId(3)};
   }
-  Status SetSolution(const SolutionRequest& request) override {
+  Status SetSolution(const SolutionRequest& request, const MetricLimits& limits) override {
+    limits_ = limits;
     script_->calls.push_back("solution " + request.name);
     return Update();
   }
@@ -168,6 +178,7 @@ class FakeEngine final : public Engine {
     diff.summary.state_hash = static_cast<std::uint64_t>(diff.revision);
     visits_ = 0;
     committed_work_ = work_;
+    committed_limits_ = limits_;
     return diff;
   }
   MeshDiff CommitAndTransfer() override {
@@ -178,6 +189,7 @@ class FakeEngine final : public Engine {
     ++script_->rollback_count;
     visits_ = 0;
     work_ = committed_work_;
+    limits_ = committed_limits_;
   }
   MeshDiff Snapshot() const override {
     MeshDiff diff;
@@ -210,6 +222,8 @@ class FakeEngine final : public Engine {
   const StopSignal* stop_ = nullptr;
   std::int64_t work_ = 0;
   std::int64_t committed_work_ = 0;
+  MetricLimits limits_;
+  MetricLimits committed_limits_;
   std::int64_t visits_ = 0;
   Revision revision_ = Revision::kNone;
 };

@@ -60,6 +60,16 @@ std::vector<Metric> RandomTensors(const Mesh& mesh, const std::vector<VertexId>&
   return tensors;
 }
 
+/// All off, or some.
+MetricLimits RandomLimits(Rng& rng) {
+  MetricLimits limits;
+  if (rng.Below(2) == 0) limits.gradation.gradation = rng.Uniform(1.2, 2);
+  if (rng.Below(3) == 0) limits.gradation.rotation = 0.7;
+  if (rng.Below(3) == 0) limits.gradation.smoothing_count = 1;
+  if (rng.Below(3) == 0) limits.bounds.size_min = rng.Uniform(0.02, 0.05);
+  return limits;
+}
+
 /// Sets, changes or drops one of three fields.
 FieldUpdate RandomFields(const Mesh& mesh, Rng& rng) {
   constexpr std::array kNames{"a", "b", "c"};
@@ -126,7 +136,7 @@ std::unique_ptr<Remesher> SessionScript::Start() const {
 MeshDiff SessionScript::Run(Remesher& session, int n) const {
   Rng rng(seed_ * 1000 + static_cast<std::uint64_t>(n));
   const Mesh& mesh = session.mesh();
-  const std::uint64_t kind = n == 1 ? 3 : rng.Below(4);
+  const std::uint64_t kind = n == 1 ? 3 : rng.Below(6);
   if (kind == 0) {
     Expect(session.SetMetric(RandomSpec(mesh, rng)));
   } else if (kind == 1) {
@@ -134,10 +144,17 @@ MeshDiff SessionScript::Run(Remesher& session, int n) const {
     const std::vector<VertexId> few(
         all.begin(), all.begin() + static_cast<std::ptrdiff_t>(
                                        std::min<std::size_t>(3, 1 + rng.Below(all.size() - 1))));
-    Expect(session.SetTensors(few, RandomTensors(mesh, few, rng)));
+    const std::vector<Metric> tensors = RandomTensors(mesh, few, rng);
+    if (rng.Below(3) == 0) {
+      Expect(session.SetTensors(few, tensors, RandomLimits(rng)));
+    } else {
+      Expect(session.SetTensors(few, tensors));
+    }
   } else if (kind == 2) {
     const std::vector<VertexId> all = testing::LiveVertices(mesh);
     Expect(session.SetTensors({}, RandomTensors(mesh, all, rng)));
+  } else if (kind == 4) {
+    Expect(session.SetLimits(RandomLimits(rng)));
   }
   if (n > 1 && rng.Below(3) == 0) MoveRandomly(session, rng);
   if (n > 1 && rng.Below(3) == 0) {

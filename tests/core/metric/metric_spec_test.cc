@@ -67,14 +67,14 @@ TEST(MakeMetricField, ChecksTimeAndBounds) {
   EXPECT_EQ(Refusal({.time = kNaN}).field, "metric.time");
   EXPECT_EQ(Refusal({.time = kInfinity}).code, ErrorCode::kNotFinite);
   const std::pair<SizeBounds, std::string> cases[] = {
-      {{.size_min = -1}, "metric.bounds.size_min"},
-      {{.size_min = kNaN}, "metric.bounds.size_min"},
-      {{.size_min = 1e-80}, "metric.bounds.size_min"},
-      {{.size_max = -1}, "metric.bounds.size_max"},
-      {{.size_max = kInfinity}, "metric.bounds.size_max"},
-      {{.size_min = 2, .size_max = 1}, "metric.bounds.size_max"},
-      {{.anisotropy_max = 0.5}, "metric.bounds.anisotropy_max"},
-      {{.anisotropy_max = kNaN}, "metric.bounds.anisotropy_max"},
+      {{.size_min = -1}, "metric.limits.size_min"},
+      {{.size_min = kNaN}, "metric.limits.size_min"},
+      {{.size_min = 1e-80}, "metric.limits.size_min"},
+      {{.size_max = -1}, "metric.limits.size_max"},
+      {{.size_max = kInfinity}, "metric.limits.size_max"},
+      {{.size_min = 2, .size_max = 1}, "metric.limits.size_max"},
+      {{.anisotropy_max = 0.5}, "metric.limits.anisotropy_max"},
+      {{.anisotropy_max = kNaN}, "metric.limits.anisotropy_max"},
   };
   for (const auto& [bounds, field] : cases) {
     const Error error = Refusal({.bounds = bounds});
