@@ -229,6 +229,20 @@ v1::MeshInput ToWire(const MeshData& mesh, ColumnWriter& columns) {
   return message;
 }
 
+v1::MetricLimits ToWire(const MetricLimits& limits) {
+  v1::MetricLimits message;
+  message.set_size_min(limits.bounds.size_min);
+  message.set_size_max(limits.bounds.size_max);
+  message.set_anisotropy_max(limits.bounds.anisotropy_max);
+  message.set_gradation(limits.gradation.gradation);
+  message.set_rotation(limits.gradation.rotation);
+  message.set_geometry(limits.gradation.geometry);
+  message.set_gap_element_count(limits.gradation.gap_element_count);
+  message.set_smoothing_count(limits.gradation.smoothing_count);
+  message.set_automatic(limits.gradation.automatic);
+  return message;
+}
+
 v1::MetricUpdate ToWire(const MetricSpec& metric, ColumnWriter& columns) {
   v1::MetricUpdate message;
   const auto add = Overloaded{
@@ -249,16 +263,7 @@ v1::MetricUpdate ToWire(const MetricSpec& metric, ColumnWriter& columns) {
       },
       metric.source);
   message.set_time(metric.time);
-  v1::MetricLimits& limits = *message.mutable_limits();
-  limits.set_size_min(metric.bounds.size_min);
-  limits.set_size_max(metric.bounds.size_max);
-  limits.set_anisotropy_max(metric.bounds.anisotropy_max);
-  limits.set_gradation(metric.gradation.gradation);
-  limits.set_rotation(metric.gradation.rotation);
-  limits.set_geometry(metric.gradation.geometry);
-  limits.set_gap_element_count(metric.gradation.gap_element_count);
-  limits.set_smoothing_count(metric.gradation.smoothing_count);
-  limits.set_automatic(metric.gradation.automatic);
+  *message.mutable_limits() = ToWire(MetricLimits{metric.bounds, metric.gradation});
   return message;
 }
 

@@ -27,6 +27,7 @@ namespace pliant::client {
 [[nodiscard]] v1::MeshInput ToWire(const MeshData& mesh, wire::ColumnWriter& columns);
 
 /// A whole specification: on the server nothing of an earlier one is left.
+[[nodiscard]] v1::MetricLimits ToWire(const MetricLimits& limits);
 [[nodiscard]] v1::MetricUpdate ToWire(const MetricSpec& metric, wire::ColumnWriter& columns);
 
 /// Tensors at vertices of one revision; an empty `vertices` means all live ones.

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -64,8 +65,15 @@ class Session {
   /// Stages tensors at vertices of the replica's revision; the others keep theirs. An empty
   /// `vertices` means all live vertices in ascending order of slot. Errors: kArrayLength,
   /// kIndexOutOfRange, kDuplicateId, kNotFinite, kNotPositiveDefinite (index = row),
-  /// kRevisionMismatch.
-  Status UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors);
+  /// kRevisionMismatch; kOutOfRange for limits.
+  /// @param limits  of these tensors and of those that vertices have, from now on; absent: as
+  /// before
+  Status UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                       const std::optional<MetricLimits>& limits = std::nullopt);
+
+  /// Stages other limits of the same metric, whatever it comes from. What bounds have cut off
+  /// tensors at vertices is lost. Errors: kOutOfRange.
+  Status UpdateLimits(const MetricLimits& limits);
 
   /// Stages where the metric's features have moved: vertices of the replica's revision go along,
   /// and so does their metric, unless UpdateMetric follows. A help and no order; see

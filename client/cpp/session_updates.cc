@@ -1,5 +1,6 @@
 // Session, the part that stages updates and makes the short calls on revisions.
 
+#include <optional>
 #include <utility>
 
 #include "client/cpp/convert.h"
@@ -17,12 +18,22 @@ Status Session::UpdateMetric(const MetricSpec& metric) {
   });
 }
 
-Status Session::UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
+Status Session::UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                              const std::optional<MetricLimits>& limits) {
   const VertexTensors update{
       .revision = impl_->replica().revision(), .vertices = vertices, .tensors = tensors};
   return impl_->Update([&](wire::ColumnWriter& columns) {
     v1::EditRequest request;
     *request.mutable_metric() = ToWire(update, columns);
+    if (limits) *request.mutable_metric()->mutable_limits() = ToWire(*limits);
+    return request;
+  });
+}
+
+Status Session::UpdateLimits(const MetricLimits& limits) {
+  return impl_->Update([&](wire::ColumnWriter&) {
+    v1::EditRequest request;
+    *request.mutable_metric()->mutable_limits() = ToWire(limits);
     return request;
   });
 }

@@ -90,8 +90,8 @@ class Session:
                 `advance=Advance(visits_max=1)`, and then tensors at the points as they are.
             advance: how long the loop may run. Default: until converged.
             **limits: `h_min`, `h_max`, `hgrad`, `rotation`, `anisotropy_max` from now on, as in
-                `pliant.options.Limits`. Limits hold for tensors too, but are refused together with
-                and after tensors (UNIMPLEMENTED): set them when the session is created.
+                `pliant.options.Limits`. They hold for tensors too, for those of the other vertices
+                as well; what bounds have cut off tensors is lost when the bounds are lifted.
 
         Raises:
             InvalidInput: NOT_POSITIVE_DEFINITE, NOT_FINITE, INDEX_OUT_OF_RANGE, DUPLICATE_ID,

@@ -142,8 +142,12 @@ TEST_F(LiveServer, TheMirrorFollowsRandomUpdates) {
           tensors.push_back(Metric::Isotropic(number(0.02, 0.04)));
         }
       }
-      ASSERT_TRUE(twins.session->UpdateTensors(vertices, tensors).ok());
-      ASSERT_TRUE(twins.remesher->SetTensors(vertices, tensors).ok());
+      const MetricLimits limits{.gradation = {.gradation = number(1.3, 2)}};
+      ASSERT_TRUE(twins.session->UpdateTensors(vertices, tensors, limits).ok());
+      ASSERT_TRUE(twins.remesher->SetTensors(vertices, tensors, limits).ok());
+      const MetricLimits later{.bounds = {.size_min = number(0.02, 0.03)}};
+      ASSERT_TRUE(twins.session->UpdateLimits(later).ok());
+      ASSERT_TRUE(twins.remesher->SetLimits(later).ok());
     }
     AdvanceOptions options;
     if (round % 3 == 1) options.visits_max = 777;

@@ -185,6 +185,23 @@ def test_time_and_limits(client):
         assert len(one.mesh.points) > 1.1 * jump
 
 
+def test_limits_change_with_tensors_and_after_them(client):
+    with client.create_session(domain=square(), metric=pliant.metric.size("0.1"),
+                               automatic=False) as one:
+        sizes = np.where(one.mesh.points[:, 0] < 0.5, 0.01, 0.2)
+        diff = one.update_metric(isotropic(sizes), hgrad=1.5)
+        assert diff.limits["GRADATION"].vertex_count > 0
+        graded = len(one.mesh.points)
+        assert one.quality().q_min > 0.5
+        diff = one.update_metric(hgrad=0, automatic=False)
+        assert diff.limits == {} and len(one.mesh.points) < graded
+        one.update_metric(h_min=0.05)
+        assert len(one.mesh.points) < graded / 4
+        with pytest.raises(pliant.InvalidInput) as error:
+            one.update_metric(hgrad=0.5)
+        assert error.value.field == "metric.limits.gradation"
+
+
 def test_limits_report_what_they_did(client):
     jump = pliant.metric.size("x < 0.5 ? 0.02 : 0.2")
     with client.create_session(domain=square(), metric=jump, automatic=False) as one:
@@ -260,8 +277,10 @@ def test_limits_hold_for_tensors(client):
         one.update_metric(isotropic(np.full(len(one.mesh.points), 0.01)))
         lengths = one.quality().averaged
         assert one.quality().complexity == pytest.approx(100) and 0.8 < lengths.mean < 1.3
-        with pytest.raises(pliant.Unimplemented):
-            one.update_metric(h_min=0.05)
+        one.update_metric(h_min=0.05)
+        assert one.quality().complexity == pytest.approx(100), "what bounds have cut off is lost"
+        one.update_metric(isotropic(np.full(len(one.mesh.points), 0.01)))
+        assert one.quality().complexity == pytest.approx(400)
 
 
 def test_anisotropic_expression_and_background(client):
@@ -384,8 +403,11 @@ def test_refused_metrics_change_nothing(client, session):
     assert caught.value.code == "EXPRESSION_SYNTAX" and caught.value.index >= 0
     with pytest.raises(pliant.InvalidInput, match="expected .* one for each vertex"):
         session.update_metric(good)
-    with pytest.raises(pliant.Unimplemented):
-        session.update_metric(good, few, h_max=0.05)
+    with pytest.raises(pliant.InvalidInput) as caught:
+        session.update_metric(good, few, h_max=-0.05)
+    assert caught.value.field == "metric.limits.size_max"
+    with pytest.raises(pliant.FailedPrecondition):
+        session.update_metric(good, few, time=1)
     assert session.update_metric(pliant.metric.size(0.1)).revision == 2
     check_same(session.mesh, session.download())
 
