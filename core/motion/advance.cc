@@ -9,7 +9,6 @@
 #include "core/delaunay/cavity.h"
 #include "core/delaunay/overtaken.h"
 #include "core/geometry/predicates.h"
-#include "core/mesh/id_bits.h"
 #include "core/pliant/remove.h"
 
 namespace pliant {
@@ -40,9 +39,6 @@ constexpr std::size_t kCavityTrianglesMax = 4000;
 /// A sub-step of this share of the motion that still fails ends it.
 constexpr double kLeastShare = 1e-9;
 
-constexpr std::int32_t kAlone = -1;
-constexpr std::int32_t kStill = -2;
-
 Metric MeanOf(const Mesh& mesh, const TriangleRecord& triangle) {
   return (1.0 / 3.0) * (mesh.metric(triangle.vertices[0]) + mesh.metric(triangle.vertices[1]) +
                         mesh.metric(triangle.vertices[2]));
@@ -62,24 +58,6 @@ bool IsPoor(const Mesh& mesh, TriangleId id) {
 }
 
 }  // namespace
-
-template <class Visit>
-void Advance::ForEachTriangleAt(VertexId vertex, Visit visit) {
-  if (mesh_.vertex(vertex).pinched) {
-    for (const TriangleId fan : FansOf(mesh_, vertex)) {
-      star_.Gather(mesh_, vertex, fan);
-      for (const TriangleId id : star_.triangles()) visit(id);
-    }
-    return;
-  }
-  const TriangleId start = mesh_.FanStart(vertex, mesh_.vertex(vertex).triangle);
-  TriangleId id = start;
-  do {
-    visit(id);
-    const int corner = mesh_.CornerOf(id, vertex);
-    id = mesh_.triangle(id).neighbors[static_cast<std::size_t>(NextCorner(corner))];
-  } while (id.valid() && id != start);
-}
 
 Advance::Advance(MeshEdit& edit, const MotionPlan& plan, Observer observer)
     : edit_(edit),
@@ -166,32 +144,6 @@ double Advance::RunTo(double limit) {
   return at;
 }
 
-std::vector<VertexId> Advance::Disturbed() const {
-  IdBits<VertexId> all(mesh_.vertex_slots());
-  const auto add = [&](VertexId vertex) {
-    if (mesh_.IsLive(vertex)) all.Add(vertex);
-  };
-  std::ranges::for_each(disturbed_, add);
-  StopPoll stopped(plan_.stop());
-  Star star;
-  for (const VertexId vertex : front_) {
-    if (stopped()) return {};
-    if (!mesh_.IsLive(vertex)) continue;
-    add(vertex);
-    for (const TriangleId fan : FansOf(mesh_, vertex)) {
-      star.Gather(mesh_, vertex, fan);
-      std::ranges::for_each(star.ring(), add);
-    }
-  }
-  // Those that move alike keep their surroundings only if these keep their shape.
-  for (std::size_t place = 0; place < moving_.size(); ++place) {
-    if (stopped()) return {};
-    const std::int32_t group = in_front_[place] ? kAlone : GroupOf(moving_[place]);
-    if (group >= 0 && plan_.Distorts(group, time_)) add(moving_[place]);
-  }
-  return all.Ascending();
-}
-
 bool Advance::IsFree(VertexId vertex) const {
   if (mesh_.vertex(vertex).fixed || mesh_.vertex(vertex).frozen) return false;
   const std::int32_t known = place_of_.At(vertex);
@@ -200,47 +152,6 @@ bool Advance::IsFree(VertexId vertex) const {
   const std::size_t mover_count = plan_.movers().size();
   return place < mover_count ? !plan_.movers()[place].given
                              : !plan_.riders()[place - mover_count].given;
-}
-
-std::int32_t Advance::GroupOf(VertexId vertex) const {
-  const std::int32_t known = place_of_.At(vertex);
-  if (known == PlaceMap::kNone) return kStill;
-  const auto place = static_cast<std::size_t>(known);
-  if (place < plan_.movers().size()) return plan_.movers()[place].shape;
-  const Rider& rider = plan_.riders()[place - plan_.movers().size()];
-  const SegmentRecord& segment = mesh_.segments()[static_cast<std::size_t>(rider.segment)];
-  const std::int32_t a = GroupOf(segment.a);
-  return a >= 0 && a == GroupOf(segment.b) ? a : kAlone;
-}
-
-void Advance::FindFront() {
-  std::vector<std::int32_t> groups;
-  groups.reserve(moving_.size());
-  for (std::size_t i = 0; i < moving_.size() && !stopped_(); ++i) {
-    groups.push_back(GroupOf(moving_[i]));
-  }
-  const auto group_of = [&](VertexId vertex) {
-    const std::int32_t place = place_of_.At(vertex);
-    return place == PlaceMap::kNone ? kStill : groups[static_cast<std::size_t>(place)];
-  };
-  for (std::size_t place = 0; place < moving_.size() && !stopped_(); ++place) {
-    bool alike = groups[place] >= 0;
-    if (alike) {
-      ForEachTriangleAt(moving_[place], [&](TriangleId id) {
-        for (const VertexId corner : mesh_.triangle(id).vertices) {
-          alike = alike && group_of(corner) == groups[place];
-        }
-      });
-    }
-    if (!alike) JoinFront(moving_[place]);
-  }
-}
-
-void Advance::JoinFront(VertexId vertex) {
-  const std::int32_t place = place_of_.At(vertex);
-  if (place == PlaceMap::kNone || in_front_[static_cast<std::size_t>(place)]) return;
-  in_front_[static_cast<std::size_t>(place)] = true;
-  front_.push_back(vertex);
 }
 
 bool Advance::flips() const {

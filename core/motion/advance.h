@@ -125,4 +125,22 @@ class Advance {
   Star star_;
 };
 
+template <class Visit>
+void Advance::ForEachTriangleAt(VertexId vertex, Visit visit) {
+  if (mesh_.vertex(vertex).pinched) {
+    for (const TriangleId fan : FansOf(mesh_, vertex)) {
+      star_.Gather(mesh_, vertex, fan);
+      for (const TriangleId id : star_.triangles()) visit(id);
+    }
+    return;
+  }
+  const TriangleId start = mesh_.FanStart(vertex, mesh_.vertex(vertex).triangle);
+  TriangleId id = start;
+  do {
+    visit(id);
+    const int corner = mesh_.CornerOf(id, vertex);
+    id = mesh_.triangle(id).neighbors[static_cast<std::size_t>(NextCorner(corner))];
+  } while (id.valid() && id != start);
+}
+
 }  // namespace pliant

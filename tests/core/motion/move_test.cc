@@ -272,61 +272,6 @@ TEST(Move, ABarIsBentByAHalfTurn) {
   EXPECT_GT(MeanQuality(*remesher), 0.93);
 }
 
-TEST(Move, ADomainIsStretchedTenfold) {
-  const auto remesher = Start(testing::Rectangle({0, 0}, {1, 1}), "0.05");
-  MotionRequest request;
-  request.tags.push_back({{1, 2, 3, 4}, AffineMap{10, 0, 0, 1, {0, 0}}});
-  Move(*remesher, request);
-  EXPECT_NEAR(Area(remesher->mesh()), 10, 1e-12);
-  EXPECT_GT(MeanQuality(*remesher), 0.95);
-  request.tags[0].shape = AffineMap{0.1, 0, 0, 1, {0, 0}};
-  Move(*remesher, request);
-  EXPECT_NEAR(Area(remesher->mesh()), 1, 1e-12);
-  EXPECT_GT(MeanQuality(*remesher), 0.95);
-}
-
-/// A channel as wide as its mesh is fine: every vertex is on the boundary, and all move alike.
-Domain Channel() {
-  Domain domain = testing::Rectangle({0, 0}, {5, 0.05});
-  for (Segment& segment : domain.segments) segment.tag = kBody;
-  return domain;
-}
-
-// Goal: whatever the motion does to lengths and angles, what comes out is as good as a mesh that is
-// made for the place: also where nobody moves against a neighbour.
-TEST(Move, AChannelThatIsWidenedGetsNewNodes) {
-  const auto remesher = Start(Channel(), "0.05");
-  Move(*remesher, ByTag(AffineMap{1, 0, 0, 10, {0, 0}}));
-  EXPECT_GT(MeanQuality(*remesher), 0.95);
-  EXPECT_GT(remesher->mesh().vertex_count(), 1000);
-}
-
-TEST(Move, AChannelThatGrowsInManySmallStepsGetsNewNodes) {
-  const auto remesher = Start(Channel(), "0.05");
-  for (int i = 0; i < 8; ++i) Move(*remesher, ByTag(AffineMap{1.3, 0, 0, 1.3, {0, 0}}));
-  EXPECT_GT(MeanQuality(*remesher), 0.93);
-  // Area in units of an equilateral triangle, half as many vertices; those on the boundary come on
-  // top.
-  const double ideal = Area(remesher->mesh()) / (0.05 * 0.05 * std::sqrt(0.75));
-  EXPECT_GT(remesher->mesh().vertex_count(), 0.95 * ideal);
-  EXPECT_LT(remesher->mesh().vertex_count(), 1.35 * ideal);
-}
-
-TEST(Move, AChannelThatIsShearedAndShearedBackIsAsGoodAsBefore) {
-  const auto remesher = Start(Channel(), "0.02");
-  Move(*remesher, ByTag(AffineMap{1, 20, 0, 1, {0, 0}}));
-  Move(*remesher, ByTag(AffineMap{1, -20, 0, 1, {0, 0}}));
-  EXPECT_GT(MeanQuality(*remesher), 0.9);
-}
-
-TEST(Move, WhatTurnsAsAWholeWakesNobody) {
-  const auto remesher = Start(Channel(), "0.05");
-  ASSERT_TRUE(MoveOnly(*remesher, ByTag(Rotation{{1, 1}, 0.5})).ok());
-  const auto progress = remesher->Step({});
-  ASSERT_TRUE(progress.ok());
-  EXPECT_EQ(progress->counts.visits, 0);
-}
-
 // Goal: an impossible motion is refused with the fraction of its contact, and leaves the mesh, the
 // metric and what the revision had changed before as they were, to the bit.
 TEST(Move, ThroughAWallIsRefusedAndChangesNothing) {
