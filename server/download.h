@@ -105,10 +105,10 @@ template <class Response, class Begin>
     return download;
   }
   if (active > kDownloadsMax) {
-    download->Fail({ErrorCode::kResourceExhausted,
-                    "this server is sending " + std::to_string(kDownloadsMax) +
-                        " meshes already; try again later",
-                    {}});
+    download->Fail({.code = ErrorCode::kResourceExhausted,
+                    .message = "this server is sending " + std::to_string(kDownloadsMax) +
+                               " meshes already; try again later",
+                    .retry_after_ms = kCallRetryMs});
     return download;
   }
   const Status begun = begin(download, *tenant);

@@ -4,6 +4,8 @@
 #include <map>
 #include <utility>
 
+#include "server/limits.h"
+
 namespace pliant::server {
 
 Status Followers::Add(std::shared_ptr<Subscriber> subscriber, Revision revision) {
@@ -12,10 +14,10 @@ Status Followers::Add(std::shared_ptr<Subscriber> subscriber, Revision revision)
   entry->revision = revision;
   const std::lock_guard lock(mutex_);
   if (entries_.size() >= count_max_) {
-    return Error{ErrorCode::kResourceExhausted,
-                 "the session has its " + std::to_string(count_max_) +
-                     " subscribers already; try again later",
-                 {}};
+    return Error{.code = ErrorCode::kResourceExhausted,
+                 .message = "the session has its " + std::to_string(count_max_) +
+                            " subscribers already; try again later",
+                 .retry_after_ms = kSessionRetryMs};
   }
   entries_.push_back(std::move(entry));
   return {};

@@ -40,7 +40,7 @@ Result<std::string> SessionRegistry::Reserve(const std::string& tenant,
   if (count >= bounds_.sessions_per_tenant_max) {
     return Error{ErrorCode::kResourceExhausted,
                  "you have your " + std::to_string(bounds_.sessions_per_tenant_max) +
-                     " sessions already; delete one",
+                     " sessions already: delete one; waiting frees none",
                  {}};
   }
   ++count;

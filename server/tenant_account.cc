@@ -12,7 +12,7 @@ Error Exhausted(const std::string& what, std::int64_t used, std::int64_t allowed
   return {ErrorCode::kResourceExhausted,
           "your sessions would have " + std::to_string(used) + " " + what +
               " together; allowed are " + std::to_string(allowed) +
-              ": delete a session, or ask for less",
+              ": delete a session, or ask for larger elements; waiting alone frees nothing",
           {}};
 }
 

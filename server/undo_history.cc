@@ -110,7 +110,8 @@ Status UndoHistory::Save(Revision revision, Revision newest) {
   if (!saved_.contains(revision) && saved_.size() >= bounds_.saved_max) {
     return Error{ErrorCode::kResourceExhausted,
                  "the session has " + std::to_string(bounds_.saved_max) +
-                     " saved revisions already; release one",
+                     " saved revisions already: release one, such as revision " +
+                     RevisionText(*saved_.begin()) + "; waiting frees none",
                  "revision"};
   }
   saved_.insert(revision);

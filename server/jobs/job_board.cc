@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "server/limits.h"
 
 namespace pliant::server {
 namespace {
@@ -20,11 +21,11 @@ std::string RandomId(Rng& rng) {
 }
 
 Error Full(std::string what) {
-  return {ErrorCode::kResourceExhausted,
-          std::move(what) +
-              "; jobs that have ended count until they expire: try again later, and submit with a "
-              "smaller keep_ms",
-          {}};
+  return {.code = ErrorCode::kResourceExhausted,
+          .message = std::move(what) +
+                     "; jobs that have ended count until they expire: try again later, and submit "
+                     "with a smaller keep_ms",
+          .retry_after_ms = kSessionRetryMs};
 }
 
 std::pair<std::int64_t, std::int64_t> PlaceInQueue(const JobInfo& info) {

@@ -42,6 +42,9 @@ TEST(TenantLimits, VerticesOfAllSessionsTogether) {
   ASSERT_TRUE(refused.has_rejected());
   EXPECT_EQ(refused.rejected().error().reason(), "RESOURCE_EXHAUSTED");
   EXPECT_EQ(refused.rejected().error().code(), grpc::StatusCode::RESOURCE_EXHAUSTED);
+  EXPECT_EQ(refused.rejected().error().retry_after_ms(), 0) << "waiting alone frees nothing...";
+  EXPECT_NE(refused.rejected().error().message().find("delete a session"), std::string::npos)
+      << "...but that";
   const v1::EditResponse again = AdvanceOnce(edit, 4);
   ASSERT_TRUE(again.has_advanced());
   EXPECT_EQ(again.advanced().state_hash(), made.advanced().state_hash());

@@ -47,6 +47,7 @@ TEST(SessionRegistry, HoldsAsManyAsAllowedAndNotOneMore) {
   ASSERT_TRUE(registry.Reserve("", "a").ok());
   ASSERT_TRUE(registry.Reserve("", "").ok());
   EXPECT_EQ(registry.Reserve("", "c").error().code, ErrorCode::kResourceExhausted);
+  EXPECT_GT(registry.Reserve("", "c").error().retry_after_ms, 0) << "others may delete theirs";
   EXPECT_EQ(registry.Reserve("", "a").error().code, ErrorCode::kSessionExists)
       << "the more precise cause comes first";
   registry.Remove("", "a");
@@ -62,7 +63,10 @@ TEST(SessionRegistry, KeepsTenantsApart) {
   EXPECT_NE(*registry.Find("x", "a"), *registry.Find("y", "a"));
   EXPECT_EQ(registry.Find("z", "a").error().code, ErrorCode::kSessionNotFound);
   ASSERT_TRUE(registry.Reserve("x", "b").ok());
-  EXPECT_EQ(registry.Reserve("x", "c").error().code, ErrorCode::kResourceExhausted);
+  const Error full = registry.Reserve("x", "c").error();
+  EXPECT_EQ(full.code, ErrorCode::kResourceExhausted);
+  EXPECT_EQ(full.retry_after_ms, 0) << "waiting alone frees nothing...";
+  EXPECT_NE(full.message.find("delete one"), std::string::npos) << "...but that";
   EXPECT_TRUE(registry.Reserve("y", "c").ok());
   EXPECT_THAT(IdsOf(registry.List("y", 0, 9)), ElementsAre("a"));
   EXPECT_EQ(registry.All().size(), 2U);

@@ -25,6 +25,8 @@ TEST(TenantAccount, VerticesAndBytesEndAtTheirBounds) {
   const Status vertices = account.CheckRoom({}, {.vertices = 41, .bytes = 0});
   ASSERT_FALSE(vertices.ok());
   EXPECT_EQ(vertices.error().code, ErrorCode::kResourceExhausted);
+  EXPECT_EQ(vertices.error().retry_after_ms, 0) << "waiting alone frees nothing...";
+  EXPECT_NE(vertices.error().message.find("delete a session"), std::string::npos) << "...but that";
   EXPECT_FALSE(account.CheckRoom({}, {.vertices = 0, .bytes = 501}).ok());
   EXPECT_TRUE(account.CheckRoom({.vertices = 60, .bytes = 500}, {100, 1000}).ok());
   EXPECT_FALSE(account.CheckRoom({.vertices = 60, .bytes = 500}, {101, 1000}).ok());

@@ -120,7 +120,11 @@ TEST_F(UndoHistoryTest, KeepsWhatIsSaved) {
   ExpectLeadsTo(history, 6);
   EXPECT_FALSE(history.WayTo(Revision(3), Revision(26)).ok());
   EXPECT_LT(history.bytes(), 5 * one_mesh);
-  EXPECT_EQ(history.Save(Revision(26), Revision(26)).error().code, ErrorCode::kResourceExhausted);
+  const Error full = history.Save(Revision(26), Revision(26)).error();
+  EXPECT_EQ(full.code, ErrorCode::kResourceExhausted);
+  EXPECT_EQ(full.retry_after_ms, 0);
+  EXPECT_NE(full.message.find("release one, such as revision 1;"), std::string::npos)
+      << full.message;
   EXPECT_EQ(history.Save(Revision(3), Revision(26)).error().code, ErrorCode::kRevisionNotFound);
 
   const Status refused = history.Release({6, 7});

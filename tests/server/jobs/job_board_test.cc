@@ -103,6 +103,7 @@ TEST_F(JobBoardTest, HoldsAsManyJobsAsItMay) {
   Submit("b");
   EXPECT_EQ(TrySubmit({.key = {"t", "c"}}).error().code, ErrorCode::kResourceExhausted)
       << "the tenant's";
+  EXPECT_GT(TrySubmit({.key = {"t", "c"}}).error().retry_after_ms, 0) << "jobs expire";
   Submit("a", 0, "u");
   EXPECT_EQ(TrySubmit({.key = {"v", "c"}}).error().code, ErrorCode::kResourceExhausted)
       << "the server's";
