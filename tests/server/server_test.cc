@@ -4,7 +4,9 @@
 #include <grpcpp/generic/generic_stub.h>
 #include <gtest/gtest.h>
 
+#include <future>
 #include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
 
@@ -90,6 +92,39 @@ TEST(Server, DrainsStreamsWithCommitsAndAReason) {
   EXPECT_GT(response.advanced().active_count(), 0);
   EXPECT_EQ(edit.Next().closing().error().reason(), "UNAVAILABLE");
   EXPECT_EQ(edit.End().error_code(), grpc::StatusCode::UNAVAILABLE);
+  shutdown.join();
+}
+
+// Goal: who asks for health sends nobody here any more while the server drains.
+// Method: a step of an advance holds the drain until health has been asked.
+TEST(Server, SaysThatItDoesNotServeWhileItDrains) {
+  std::promise<void> asked;
+  std::promise<void> runs;
+  const auto script = std::make_shared<FakeEngineScript>();
+  std::once_flag once;
+  script->during_step = [&] {
+    std::call_once(once, [&] {
+      runs.set_value();
+      asked.get_future().wait();
+    });
+  };
+  test::InProcessServer server(FakeFactory(script));
+  std::string id;
+  ASSERT_TRUE(server.Create(test::UnitSquare(), &id).ok());
+  test::EditClient edit(server, id);
+  edit.Advance(1);
+  runs.get_future().wait();
+  std::thread shutdown([&] { server.server().Shutdown(); });
+  std::string answer;
+  grpc::Status status;
+  do {
+    answer.clear();
+    status = Health(server, &answer);
+  } while (status.ok() && answer == "\x08\x01");  // The shutdown has not begun.
+  EXPECT_TRUE(status.ok()) << status.error_message();
+  EXPECT_EQ(answer, "\x08\x02") << "NOT_SERVING";
+  asked.set_value();
+  EXPECT_TRUE(edit.Until(1).back().has_advanced()) << "what runs is committed all the same";
   shutdown.join();
 }
 
