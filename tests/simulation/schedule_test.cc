@@ -8,6 +8,8 @@
 #include <cstdlib>
 #include <string>
 
+#include "tests/support/seed.h"
+
 namespace pliant::simulation {
 namespace {
 
@@ -18,8 +20,8 @@ constexpr std::uint64_t kParts = 4;  // Tests that run at the same time.
 class Simulation : public testing::TestWithParam<std::uint64_t> {};
 
 std::string Replay(std::uint64_t seed) {
-  return "replay: PLIANT_SIMULATION_SEED=" + std::to_string(seed) +
-         " simulation_tests --gtest_filter='*Simulation*/0'";
+  return "replay: PLIANT_SIMULATION_SEED=" + std::to_string(seed) + " " +
+         test::ProgramOr("simulation_tests") + " --gtest_filter='*Simulation*/0'";
 }
 
 TEST_P(Simulation, EveryMirrorEqualsTheServer) {

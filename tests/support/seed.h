@@ -2,8 +2,10 @@
 
 #include <cstdint>
 #include <cstdlib>
+#include <filesystem>
 #include <string>
 #include <string_view>
+#include <system_error>
 #include <vector>
 
 namespace pliant::test {
@@ -35,9 +37,18 @@ struct Seeds {
   }
 };
 
-/// How to run one seed again: `program` with the tests that match `filter`.
+/// The path of the program that runs, so that a command can be pasted; `otherwise` where the system
+/// does not tell.
+inline std::string ProgramOr(std::string_view otherwise) {
+  std::error_code error;
+  const std::filesystem::path path = std::filesystem::read_symlink("/proc/self/exe", error);
+  return error ? std::string(otherwise) : path.string();
+}
+
+/// How to run one seed again: `program`, which is the one that runs, with the tests that match
+/// `filter`.
 inline std::string Replay(std::uint64_t seed, std::string_view program, std::string_view filter) {
-  return "replay: PLIANT_SEED=" + std::to_string(seed) + " " + std::string(program) +
+  return "replay: PLIANT_SEED=" + std::to_string(seed) + " " + ProgramOr(program) +
          " --gtest_filter='" + std::string(filter) + "'";
 }
 
