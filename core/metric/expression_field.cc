@@ -121,7 +121,7 @@ class SizeField final : public ExpressionField {
 
   std::optional<Metric> Admit(double size) const {
     const SizeBounds& bounds = settings().bounds;
-    if (!(size > 0)) return {};
+    if (!(size > 0) && !(size == 0 && bounds.size_min > 0)) return {};
     if (bounds.size_max > 0) size = std::min(size, bounds.size_max);
     if (bounds.size_min > 0) size = std::max(size, bounds.size_min);
     const Metric metric = Metric::Isotropic(size);
@@ -132,7 +132,8 @@ class SizeField final : public ExpressionField {
   Error Describe(Vec2 p) const override {
     std::ostringstream out = MessageAt(p, settings().time);
     out << "the size is " << Raw(p)
-        << "; expected a positive length, in [1e-75, 1e75] (or infinity if size_max is given)";
+        << "; expected a positive length, in [1e-75, 1e75] (or 0 if size_min is given, and infinity"
+           " if size_max is)";
     return {.code = ErrorCode::kExpressionValue, .message = out.str(), .field = "metric.size"};
   }
 

@@ -127,6 +127,12 @@ TEST(ExpressionField, RefusesSizesThatAreNone) {
   const auto infinite = Size("1/0", {.size_max = 3});
   EXPECT_EQ(Ask(*infinite, {1, 1}), Metric::Isotropic(3));
   EXPECT_TRUE(infinite->status().ok());
+  const auto zero = Size("0.05*hypot(x-1, y-1)", {.size_min = 0.01});
+  EXPECT_EQ(Ask(*zero, {1, 1}), Metric::Isotropic(0.01));
+  EXPECT_TRUE(zero->status().ok());
+  const auto negative = Size("-1e-300", {.size_min = 0.01});
+  EXPECT_EQ(Ask(*negative, {1, 1}), kFallback);
+  EXPECT_FALSE(negative->status().ok());
 }
 
 TEST(ExpressionField, AdmitsSemiDefiniteTensorsOnlyWithASizeMax) {
