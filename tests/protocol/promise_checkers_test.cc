@@ -280,9 +280,12 @@ class EngineWithBugs final : public server::Engine {
   MeshDiff CommitAndTransfer() override { return Commit(); }
 
   Status SetMetric(const MetricSpec& metric) override { return engine_->SetMetric(metric); }
-  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) override {
-    return engine_->SetTensors(vertices, tensors);
+  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                    const MetricLimits& limits) override {
+    return engine_->SetTensors(vertices, tensors, limits);
   }
+  Status SetLimits(const MetricLimits& limits) override { return engine_->SetLimits(limits); }
+  MetricLimits limits() const override { return engine_->limits(); }
   Result<MotionReport> Move(const MotionRequest& request) override {
     return engine_->Move(request);
   }
@@ -291,8 +294,8 @@ class EngineWithBugs final : public server::Engine {
   std::vector<Trouble> FindTroubles(const TroubleSearch& search) const override {
     return engine_->FindTroubles(search);
   }
-  Status SetSolution(const server::SolutionRequest& request) override {
-    return engine_->SetSolution(request);
+  Status SetSolution(const server::SolutionRequest& request, const MetricLimits& limits) override {
+    return engine_->SetSolution(request, limits);
   }
   Status SetFields(const FieldUpdate& update) override { return engine_->SetFields(update); }
   void Rollback() override { engine_->Rollback(); }
