@@ -69,6 +69,16 @@ bool Connection::WaitForConnected() {
   }
 }
 
+void Connection::LookForServer(std::chrono::steady_clock::time_point end,
+                               const std::function<bool()>& is_cancelled) const {
+  constexpr std::chrono::milliseconds kSlice{50};  // So soon a cancel is seen.
+  while (std::chrono::steady_clock::now() < end && !is_cancelled()) {
+    const grpc_connectivity_state state = channel_->GetState(/*try_to_connect=*/true);
+    if (state == GRPC_CHANNEL_READY) return;
+    channel_->WaitForStateChange(state, std::chrono::system_clock::now() + kSlice);
+  }
+}
+
 Result<MeshReplica> Connection::GetMesh(const std::string& session_id, Parts parts) {
   const auto context = NewContext(options_.transfer_timeout);
   v1::GetMeshRequest request;

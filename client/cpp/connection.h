@@ -5,6 +5,7 @@
 
 #include <chrono>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -28,6 +29,11 @@ class Connection {
 
   /// Waits for the server and learns who it is. Called once, before anything else.
   Status Handshake();
+
+  /// After a lost connection: waits until the server is in reach, or until `end`, or cancelled.
+  /// gRPC looks at a connection that nobody waits for every 5 s only.
+  void LookForServer(std::chrono::steady_clock::time_point end,
+                     const std::function<bool()>& is_cancelled) const;
 
   [[nodiscard]] const std::string& address() const { return address_; }
   [[nodiscard]] const ConnectOptions& options() const { return options_; }

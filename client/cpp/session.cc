@@ -35,6 +35,7 @@ Session::Impl::Impl(std::shared_ptr<Connection> connection, std::string session_
     : connection_(std::move(connection)),
       session_id_(std::move(session_id)),
       parts_(parts),
+      outage_(connection_->options().reconnect_max),
       // One for all streams: pieces that are sent again keep their numbers, and these only grow.
       writer_(std::make_unique<wire::ColumnWriter>([this](v1::BlobChunk chunk) {
         *unanswered_.back().messages.emplace_back().mutable_chunk() = std::move(chunk);
@@ -59,6 +60,7 @@ Status Session::Impl::OpenOnce() {
   {
     const std::lock_guard lock(write_mutex_);
     context_ = connection_->NewContext();
+    is_ready_ = false;
     stream_ = connection_->sessions().Edit(context_.get());
   }
   reader_ = std::make_unique<wire::ColumnReader>(kBlobBytesMax);
@@ -79,21 +81,30 @@ Status Session::Impl::OpenOnce() {
     return Abandon(OutOfOrder("something else than `opened` first"));
   }
   last_update_id_ = std::max(last_update_id_, response.opened().last_update_id());
-  lost_stage_ = response.opened().staged_count() < staged_count_;
+  // A stage that an advance has taken, whose answer was lost, is not lost.
+  lost_stage_ = response.opened().staged_count() < staged_count_ &&
+                response.opened().last_update_id() < accepted_id_;
   staged_count_ = response.opened().staged_count();
   while (static_cast<std::int64_t>(replica_.revision()) < response.revision()) {
     PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse next, Read());
     PLIANT_RETURN_IF_ERROR(Follow(next));
   }
+  opened_at_ = Outage::Clock::now();
+  const std::lock_guard lock(write_mutex_);
+  is_ready_ = true;
   return {};
 }
 
 Status Session::Impl::Reopen() {
-  may_repeat_ = false;
   const bool half_sent = answers_ == Answers::kWithAdvance && !unanswered_.empty();
   unanswered_.clear();
   refusal_.reset();
-  PLIANT_RETURN_IF_ERROR(Open());
+  BeginCall();
+  Status status = Open();
+  while (!status.ok() && status.error().code == ErrorCode::kUnavailable && Pause()) {
+    status = Open();
+  }
+  if (!status.ok()) return status;
   // Nobody knows how much of the step is staged: the caller makes it again, from its beginning.
   return half_sent ? EmptyStage() : Status();
 }
@@ -189,10 +200,37 @@ Status Session::Impl::Write(const Sent& sent) {
   return {};
 }
 
+bool Session::Impl::Pause() {
+  const std::optional<std::chrono::milliseconds> pause = outage_.NextPause();
+  if (!pause) return false;
+  {
+    std::unique_lock lock(write_mutex_);
+    cancelled_.wait_for(lock, *pause, [this] { return is_cancelled_; });
+  }
+  connection_->LookForServer(outage_.end(), [this] { return is_cancelled(); });
+  return !is_cancelled();
+}
+
+bool Session::Impl::is_cancelled() {
+  const std::lock_guard lock(write_mutex_);
+  return is_cancelled_;
+}
+
+Status Session::Impl::Repeat(Error lost) {
+  // A server that commands kill again and again is given up; one that is lost long after the last
+  // time is not.
+  if (Outage::Clock::now() - opened_at_ > outage_.bound()) outage_.End();
+  while (Pause()) {
+    Status status = RepeatOnce();
+    if (status.ok() || status.error().code != ErrorCode::kUnavailable) return status;
+    lost = status.error();
+  }
+  return lost;
+}
+
 // Commands are repeated under their numbers: the server answers what it has seen and applies what
 // it has not.
-Status Session::Impl::Repeat(const Error& lost) {
-  if (!std::exchange(may_repeat_, false)) return lost;
+Status Session::Impl::RepeatOnce() {
   PLIANT_RETURN_IF_ERROR(Open());
   if (lost_stage_) {
     if (answers_ == Answers::kWithAdvance) {
@@ -206,6 +244,7 @@ Status Session::Impl::Repeat(const Error& lost) {
                      "send the step again"};
   }
   for (const Sent& sent : unanswered_) PLIANT_RETURN_IF_ERROR(Write(sent));
+  if (is_cancelled()) Cancel();  // Nothing has been told the server meanwhile.
   return {};
 }
 
@@ -218,16 +257,19 @@ Status Session::Impl::AwaitAllBut(std::size_t count) {
 }
 
 Status Session::Impl::Await() {
-  may_repeat_ = true;
+  BeginCall();
   if (!is_open()) return {};  // Reopen is to tell what has become of it.
   return AwaitAllBut(0);
 }
 
 Result<v1::EditResponse> Session::Impl::NextAnswer(const OnProgress& on_progress) {
   Result<v1::EditResponse> answer = ReadAnswer(on_progress);
-  if (answer.ok() || answer.error().code != ErrorCode::kUnavailable) return answer;
-  PLIANT_RETURN_IF_ERROR(Repeat(answer.error()));
-  return ReadAnswer(on_progress);
+  while (!answer.ok() && answer.error().code == ErrorCode::kUnavailable) {
+    PLIANT_RETURN_IF_ERROR(Repeat(answer.error()));
+    answer = ReadAnswer(on_progress);
+  }
+  outage_.End();
+  return answer;
 }
 
 Result<v1::EditResponse> Session::Impl::ReadAnswer(const OnProgress& on_progress) {
@@ -238,13 +280,16 @@ Result<v1::EditResponse> Session::Impl::ReadAnswer(const OnProgress& on_progress
     if (response.has_progress() && on_progress) on_progress(FromWire(response.progress()));
     if (!response.has_accepted() && !response.has_advanced() && !response.has_rejected()) continue;
     unanswered_.pop_front();
-    if (response.has_accepted()) staged_count_ = response.accepted().staged_count();
+    if (response.has_accepted()) {
+      staged_count_ = response.accepted().staged_count();
+      accepted_id_ = response.update_id();
+    }
     return response;
   }
 }
 
 Status Session::Impl::Update(const MakeRequest& make) {
-  may_repeat_ = true;
+  BeginCall();
   if (answers_ == Answers::kAtOnce) {
     const Result<v1::EditResponse> answer = Call(make, {});
     return answer.ok() ? Status() : Status(answer.error());
@@ -254,7 +299,7 @@ Status Session::Impl::Update(const MakeRequest& make) {
 }
 
 Status Session::Impl::Discard() {
-  may_repeat_ = true;
+  BeginCall();
   return EmptyStage();
 }
 
@@ -276,7 +321,7 @@ Result<AdvanceReport> Session::Impl::Rollback(Revision to_revision) {
     request.mutable_rollback()->set_to_revision(static_cast<std::int64_t>(to_revision));
     return request;
   };
-  may_repeat_ = true;
+  BeginCall();
   PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse answer, Call(make, {}));
   return FromWire(answer.advanced());
 }
@@ -294,11 +339,13 @@ Result<AdvanceReport> Session::Impl::Advance(const AdvanceOptions& options,
   {
     const std::lock_guard lock(write_mutex_);
     advance_id_ = last_update_id_ + 1;
+    is_cancelled_ = false;
   }
-  may_repeat_ = true;
+  BeginCall();
   const Result<v1::EditResponse> answer = Call(make, on_progress);
   const std::lock_guard lock(write_mutex_);
   advance_id_ = 0;
+  is_cancelled_ = false;
   // Whether it committed or was refused: the stage is empty, unless the answer is lost.
   if (is_open()) staged_count_ = 0;
   const std::optional<Error> refusal = std::exchange(refusal_, std::nullopt);
@@ -311,7 +358,10 @@ Result<AdvanceReport> Session::Impl::Advance(const AdvanceOptions& options,
 
 void Session::Impl::Cancel() {
   const std::lock_guard lock(write_mutex_);
-  if (stream_ == nullptr || advance_id_ == 0) return;
+  if (advance_id_ == 0) return;
+  is_cancelled_ = true;
+  cancelled_.notify_all();
+  if (stream_ == nullptr || !is_ready_) return;
   v1::EditRequest request;
   request.mutable_cancel()->set_advance_update_id(advance_id_);
   stream_->Write(request);

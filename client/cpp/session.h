@@ -37,11 +37,12 @@ enum class Answers {
 /// (kUpdateRejected), which empties the stage; Discard empties it at once. So half of a step is
 /// never committed.
 ///
-/// When the connection breaks, a call makes it again, once, and repeats its command, which the
-/// server does not apply twice; if that fails too it ends with kUnavailable, and Reopen goes on
-/// from the replica's revision. What the server has lost meanwhile of the stage is told by
-/// kUpdateRejected. The session lives on the server until Client::DeleteSession; destroying this
-/// object only closes the stream.
+/// When the connection breaks, also because the server is started anew, a call makes it again, with
+/// pauses that grow and are spread at random, and repeats its command, which the server does not
+/// apply twice. Where that fails for ConnectOptions::reconnect_max it ends with kUnavailable, and
+/// Reopen, which tries as long, goes on from the replica's revision. What the server has lost
+/// meanwhile of the stage is told by kUpdateRejected. The session lives on the server until
+/// Client::DeleteSession; destroying this object only closes the stream.
 ///
 /// *Invariants*: replica() holds the mesh of replica().revision(), bit for bit.
 /// *Threads*: one at a time, but for Cancel.
@@ -119,8 +120,9 @@ class Session {
       const AdvanceOptions& options = {},
       const std::function<void(const AdvanceProgress&)>& on_progress = {});
 
-  /// Ends a running Advance early; its valid mesh is committed and Advance returns. From any
-  /// thread; without a running advance nothing happens.
+  /// Ends a running Advance early; its valid mesh is committed and Advance returns. While that
+  /// waits for a lost server it ends with kUnavailable. From any thread; without a running advance
+  /// nothing happens.
   void Cancel();
 
   /// Opens the stream again, at the replica's revision: after a lost connection. Answers that were

@@ -3,6 +3,8 @@
 #include <grpcpp/client_context.h>
 #include <grpcpp/support/sync_stream.h>
 
+#include <chrono>
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -13,6 +15,7 @@
 #include <string>
 #include <vector>
 
+#include "client/cpp/backoff.h"
 #include "client/cpp/connection.h"
 #include "client/cpp/mesh_replica.h"
 #include "client/cpp/session.h"
@@ -26,7 +29,7 @@ namespace pliant::client {
 /// *Invariants*: whatever has no answer yet is kept as it was sent, in order, and the server
 /// answers in that order; so a stream that breaks is followed by one on which all of it is sent
 /// again. *Threads*: as Session: one for everything but Cancel. `write_mutex_` guards writing to
-/// the stream, its existence and `advance_id_`, because Cancel may come from elsewhere.
+/// the stream, its existence and what Cancel uses, because that may come from elsewhere.
 class Session::Impl {
  public:
   Impl(std::shared_ptr<Connection> connection, std::string session_id, Parts parts);
@@ -72,8 +75,14 @@ class Session::Impl {
   Status EmptyStage();
   Status Write(const Sent& sent);
   Status Write(const v1::EditRequest& request);
-  /// After the connection has broken: makes it again, once a call, and repeats what has no answer.
-  Status Repeat(const Error& lost);
+  /// A call of the user begins: it has all its time to connect again.
+  void BeginCall() { outage_.End(); }
+  /// Waits before the next try to connect again. @return false if there is to be none
+  bool Pause();
+  [[nodiscard]] bool is_cancelled();
+  /// After the connection has broken: makes it again and repeats what has no answer.
+  Status Repeat(Error lost);
+  Status RepeatOnce();
   /// Reads on until no more than so many answers are missing, and takes note of refusals.
   Status AwaitAllBut(std::size_t count);
   /// The answer to the oldest command that has none.
@@ -100,10 +109,15 @@ class Session::Impl {
   Answers answers_ = Answers::kAtOnce;
   std::deque<Sent> unanswered_;
   std::optional<Error> refusal_;  ///< Of the first update of this step that was sent ahead in vain.
-  bool may_repeat_ = false;       ///< This call has not made the connection again yet.
+  std::int64_t accepted_id_ = 0;  ///< The last update that was accepted.
+  Outage outage_;
+  Outage::Clock::time_point opened_at_;
 
   std::mutex write_mutex_;
   std::int64_t advance_id_ = 0;  ///< Of the running advance; 0: none.
+  bool is_cancelled_ = false;    ///< That advance.
+  bool is_ready_ = false;        ///< The stream is open: cancel may be sent.
+  std::condition_variable cancelled_;
   std::unique_ptr<grpc::ClientContext> context_;
   std::unique_ptr<grpc::ClientReaderWriter<v1::EditRequest, v1::EditResponse>> stream_;
   std::unique_ptr<wire::ColumnWriter> writer_;

@@ -1,6 +1,5 @@
 #include "client/cpp/subscription.h"
 
-#include <random>
 #include <utility>
 
 #include "client/cpp/convert.h"
@@ -30,8 +29,7 @@ void Subscription::Impl::Connect() {
 }
 
 Result<MeshDiff> Subscription::Impl::Next() {
-  Backoff backoff(std::random_device{}());
-  std::chrono::milliseconds waited{0};
+  Outage outage(options_.reconnect_max);
   for (;;) {
     if (stream_ == nullptr) Connect();
     v1::SubscribeResponse response;
@@ -39,15 +37,16 @@ Result<MeshDiff> Subscription::Impl::Next() {
       if (response.has_diff() || response.has_snapshot()) return Follow(response);
       if (response.has_chunk()) PLIANT_RETURN_IF_ERROR(reader_->Add(response.chunk()));
       // A first message, if only a bookmark, means that the server is there again.
-      backoff = Backoff(std::random_device{}());
-      waited = {};
+      outage.End();
     }
     const Error error = End();
     if (error.code != ErrorCode::kUnavailable) return error;
-    const std::chrono::milliseconds pause = backoff.Next();
-    waited += pause;
-    if (waited > options_.reconnect_max) return error;
-    if (!Pause(pause)) {
+    const std::optional<std::chrono::milliseconds> pause = outage.NextPause();
+    if (!pause) return error;
+    if (Pause(*pause)) {
+      connection_->LookForServer(outage.end(), [this] { return is_cancelled(); });
+    }
+    if (is_cancelled()) {
       return Error{.code = ErrorCode::kCancelled, .message = "the subscription was cancelled"};
     }
   }
@@ -64,6 +63,11 @@ Error Subscription::Impl::End() {
 bool Subscription::Impl::Pause(std::chrono::milliseconds time) {
   std::unique_lock lock(mutex_);
   return !cancelled_.wait_for(lock, time, [this] { return is_cancelled_; });
+}
+
+bool Subscription::Impl::is_cancelled() {
+  const std::lock_guard lock(mutex_);
+  return is_cancelled_;
 }
 
 Result<MeshDiff> Subscription::Impl::Follow(const v1::SubscribeResponse& response) {

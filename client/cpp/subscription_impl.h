@@ -34,6 +34,7 @@ class Subscription::Impl {
   Error End();
   /// Waits unless cancelled. @return false if it is.
   bool Pause(std::chrono::milliseconds time);
+  [[nodiscard]] bool is_cancelled();
   Result<MeshDiff> Follow(const v1::SubscribeResponse& response);
 
   std::shared_ptr<Connection> connection_;

@@ -32,6 +32,8 @@ struct ConnectOptions {
   /// For calls that carry or measure a whole mesh. Advances have no timeout of their own: see
   /// AdvanceOptions::time_max.
   std::chrono::milliseconds transfer_timeout{600'000};
+  /// How long a call of a Session tries to take up a lost connection. 0: not at all.
+  std::chrono::milliseconds reconnect_max{60'000};
 };
 
 /// What the server says about itself.

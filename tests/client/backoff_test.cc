@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <chrono>
 #include <set>
 
 namespace pliant::client {
@@ -21,6 +22,21 @@ TEST(Backoff, GrowsToItsLimitAndIsSpread) {
     }
   }
   EXPECT_GT(last.size(), 10U) << "clients would come back together";
+}
+
+TEST(Outage, EndsAfterItsTimeAndBeginsAnew) {
+  Outage never(std::chrono::milliseconds(0));
+  EXPECT_FALSE(never.NextPause().has_value());
+  Outage outage(std::chrono::milliseconds(100));
+  const auto start = Outage::Clock::now();
+  int pauses = 0;
+  while (outage.NextPause()) ++pauses;
+  EXPECT_GE(pauses, 3);
+  EXPECT_LE(pauses, 4);
+  EXPECT_GE(outage.end() - start, std::chrono::milliseconds(100));
+  outage.End();
+  ASSERT_TRUE(outage.NextPause().has_value());
+  EXPECT_GT(outage.end(), Outage::Clock::now() + std::chrono::milliseconds(50));
 }
 
 }  // namespace

@@ -11,33 +11,12 @@
 #include "client/cpp/client.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/model_mesh.h"
+#include "tests/client/session_support.h"
 
 namespace pliant::client {
 namespace {
 
 using testing::HasSubstr;
-
-/// A few revisions of a mesh, and the diffs between them: models[r] is revision r.
-struct History {
-  std::vector<ModelMesh> models{1};
-
-  explicit History(int revision_count, int change_count = 20) {
-    ModelChanger changer(/*seed=*/1996);
-    for (int r = 0; r < revision_count; ++r) {
-      models.push_back(changer.Next(models.back(), change_count));
-    }
-  }
-  [[nodiscard]] MeshDiff Diff(std::size_t to) const { return DiffOf(models[to - 1], models[to]); }
-  [[nodiscard]] MeshDiff Snapshot(std::size_t of) const { return DiffOf({}, models[of]); }
-};
-
-std::unique_ptr<Session> Open(const FakeServer& server) {
-  Result<Client> client = Client::Connect(server.address());
-  EXPECT_TRUE(client.ok());
-  Result<std::unique_ptr<Session>> session = client->OpenSession("s1");
-  EXPECT_TRUE(session.ok()) << session.error().message;
-  return std::move(session).value();
-}
 
 TEST(Session, AdvancesAndFollowsTheMesh) {
   const History history(3);
@@ -192,86 +171,6 @@ TEST(Session, AWrongHashIsAMismatchAndResyncGetsASnapshot) {
 
 // Goal: a lost stream is opened again at the replica's revision, and the command that had no answer
 //       is repeated under its number, so that it is not applied twice.
-TEST(Session, ALostStreamIsOpenedAgainAndTheCommandRepeated) {
-  const History history(3);
-  FakeServer server;
-  std::vector<std::int64_t> mirror_revisions;
-  std::vector<std::int64_t> advance_ids;
-  server.on_edit = [&](EditScript& script, int stream) {
-    if (stream == 1) {
-      script.Open(Revision{0});
-      const v1::EditRequest advance = script.Next();
-      script.SendDiff(history.Diff(1));
-      script.Advanced(advance, history.Diff(1));
-      advance_ids.push_back(script.Next().update_id());
-      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
-    }
-    mirror_revisions.push_back(script.Open(Revision{3}).open().mirror_revision());
-    script.SendDiff(history.Diff(2));
-    script.SendDiff(history.Diff(3));
-    const v1::EditRequest repeated = script.Next();
-    advance_ids.push_back(repeated.update_id());
-    script.Advanced(repeated, history.Diff(3));
-    script.Next();
-    return grpc::Status::OK;
-  };
-  const auto session = Open(server);
-  ASSERT_TRUE(session->Advance().ok());
-  const auto resumed = session->Advance();
-  ASSERT_TRUE(resumed.ok()) << resumed.error().message;
-  EXPECT_EQ(resumed->revision, Revision{3});
-  EXPECT_EQ(mirror_revisions, (std::vector<std::int64_t>{1}));
-  EXPECT_EQ(advance_ids, (std::vector<std::int64_t>{2, 2}));
-  ExpectSame(session->replica(), history.models[3]);
-}
-
-TEST(Session, AStreamThatIsLostTwiceIsAnErrorUntilReopen) {
-  const History history(1);
-  FakeServer server;
-  server.on_edit = [&](EditScript& script, int stream) {
-    script.Open(Revision{0});
-    const v1::EditRequest request = script.Next();
-    if (stream <= 2) return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
-    script.SendDiff(history.Diff(1));
-    script.Advanced(request, history.Diff(1));
-    script.Next();
-    return grpc::Status::OK;
-  };
-  const auto session = Open(server);
-  const auto lost = session->Advance();
-  ASSERT_FALSE(lost.ok());
-  EXPECT_EQ(lost.error().code, ErrorCode::kUnavailable);
-  EXPECT_THAT(lost.error().message, HasSubstr(server.address()));
-  EXPECT_THAT(session->Advance().error().message, HasSubstr("Reopen"));
-  ASSERT_TRUE(session->Reopen().ok());
-  EXPECT_TRUE(session->Advance().ok());
-}
-
-// A server that began anew does not have what was staged: committing the rest would be half a step.
-TEST(Session, AStageThatTheServerHasLostIsNotCommittedInPart) {
-  FakeServer server;
-  int commands_after = 0;
-  server.on_edit = [&](EditScript& script, int stream) {
-    script.Open(Revision{0});
-    if (stream == 1) {
-      script.Accept(script.Next());
-      script.Next();
-      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the server was killed");
-    }
-    if (script.Next().update_id() != 0) ++commands_after;
-    return grpc::Status::OK;
-  };
-  {
-    const auto session = Open(server);
-    ASSERT_TRUE(session->UpdateMetric({.source = SizeMetric{"0.1"}}).ok());
-    const auto lost = session->Advance();
-    ASSERT_FALSE(lost.ok());
-    EXPECT_EQ(lost.error().code, ErrorCode::kUpdateRejected);
-  }
-  server.Stop();
-  EXPECT_EQ(commands_after, 0);
-}
-
 /// A step of two updates that is sent ahead: one whose tensors are too large for its message, and
 /// one of a formula.
 void SendStep(Session& session) {
@@ -430,7 +329,7 @@ TEST(Session, ReopenEmptiesTheStageOfAStepThatWasLostOnItsWay) {
   std::vector<v1::EditRequest> first;
   server.on_edit = [&](EditScript& script, int stream) {
     script.Open(Revision{0});
-    if (stream <= 2) {
+    if (stream == 1) {
       ReceiveStep(script);
       return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
     }
@@ -440,7 +339,7 @@ TEST(Session, ReopenEmptiesTheStageOfAStepThatWasLostOnItsWay) {
     return grpc::Status::OK;
   };
   {
-    const auto session = Open(server);
+    const auto session = Open(server, /*reconnect_max=*/{});
     session->SetAnswers(Answers::kWithAdvance);
     ASSERT_NO_FATAL_FAILURE(SendStep(*session));
     EXPECT_EQ(session->Advance().error().code, ErrorCode::kUnavailable);
@@ -450,44 +349,6 @@ TEST(Session, ReopenEmptiesTheStageOfAStepThatWasLostOnItsWay) {
   server.Stop();
   ASSERT_EQ(first.size(), 1U);
   EXPECT_TRUE(first[0].has_discard());
-}
-
-TEST(Session, ASessionThatIsBusyForAMomentIsTriedAgain) {
-  FakeServer server;
-  int tries = 0;
-  server.on_edit = [&](EditScript& script, int stream) {
-    tries = stream;
-    if (stream <= 2) {
-      v1::ErrorDetail detail;
-      detail.set_reason("SESSION_BUSY");
-      v1::ErrorStatus details;
-      details.add_details()->PackFrom(detail);
-      return grpc::Status(grpc::StatusCode::ABORTED, "busy", details.SerializeAsString());
-    }
-    script.Open(Revision{0});
-    script.Next();
-    return grpc::Status::OK;
-  };
-  Open(server);
-  EXPECT_EQ(tries, 3);
-}
-
-TEST(Session, AnAnnouncedEndOfTheStreamSaysWhy) {
-  FakeServer server;
-  server.on_edit = [&](EditScript& script, int) {
-    script.Open(Revision{0});
-    script.Next();
-    v1::EditResponse response;
-    response.mutable_closing()->mutable_error()->set_reason("UNAVAILABLE");
-    response.mutable_closing()->mutable_error()->set_message("the server shuts down");
-    script.Send(response);
-    return grpc::Status::OK;
-  };
-  const auto session = Open(server);
-  const auto report = session->Advance();
-  ASSERT_FALSE(report.ok());
-  EXPECT_EQ(report.error().code, ErrorCode::kUnavailable);
-  EXPECT_THAT(report.error().message, HasSubstr("shuts down"));
 }
 
 }  // namespace

@@ -16,11 +16,16 @@ namespace pliant::client {
 /// A real pliantd on a Unix socket in a folder of its own, from construction to destruction.
 class PliantdProcess {
  public:
-  PliantdProcess() {
+  /// @param with_store  it keeps its sessions on disk, so that they outlast Kill.
+  explicit PliantdProcess(bool with_store = false) {
     std::string folder = (std::filesystem::temp_directory_path() / "pliantd_XXXXXX").string();
     EXPECT_NE(mkdtemp(folder.data()), nullptr);
     folder_ = folder;
     address_ = "unix:" + folder + "/socket";
+    if (with_store) {
+      store_ = folder + "/data";
+      std::filesystem::create_directory(store_);
+    }
     Start();
   }
   ~PliantdProcess() {
@@ -28,8 +33,7 @@ class PliantdProcess {
     int status = 0;
     waitpid(process_, &status, 0);
     EXPECT_TRUE(WIFEXITED(status) && WEXITSTATUS(status) == 0) << "pliantd ended with " << status;
-    drain_.join();
-    std::fclose(log_);
+    CloseLog();
     std::filesystem::remove_all(folder_);
   }
   PliantdProcess(const PliantdProcess&) = delete;
@@ -37,7 +41,13 @@ class PliantdProcess {
 
   [[nodiscard]] const std::string& address() const { return address_; }
 
- private:
+  /// Ends it as a fault would.
+  void Kill() {
+    kill(process_, SIGKILL);
+    waitpid(process_, nullptr, 0);
+    CloseLog();
+  }
+  /// After Kill: at the same address.
   void Start() {
     std::array<int, 2> pipe_ends{};
     ASSERT_EQ(pipe(pipe_ends.data()), 0);
@@ -47,8 +57,9 @@ class PliantdProcess {
       dup2(pipe_ends[1], STDERR_FILENO);
       close(pipe_ends[0]);
       close(pipe_ends[1]);
-      execl(PLIANTD_PROGRAM, PLIANTD_PROGRAM, "--listen", address_.c_str(), "--workers", "2",
-            nullptr);
+      const char* const data = store_.empty() ? nullptr : "--data";
+      execl(PLIANTD_PROGRAM, PLIANTD_PROGRAM, "--listen", address_.c_str(), "--workers", "2", data,
+            store_.c_str(), nullptr);
       _exit(127);
     }
     close(pipe_ends[1]);
@@ -67,8 +78,15 @@ class PliantdProcess {
     });
   }
 
+ private:
+  void CloseLog() {
+    drain_.join();
+    std::fclose(log_);
+  }
+
   std::filesystem::path folder_;
   std::string address_;
+  std::string store_;
   pid_t process_ = -1;
   std::FILE* log_ = nullptr;
   std::thread drain_;
