@@ -34,8 +34,16 @@ class Editor:
         # The last update that earlier calls have staged; 0: the stage is empty.
         self._staged_id = 0
 
-    def run(self, commands, on_progress=None):
+    def run(self, commands, on_progress=None, on_change=None):
         """Answers to (name, function that makes the message) pairs. After `connect`."""
+        told_count = len(self.changes)
+
+        def tell():
+            nonlocal told_count
+            while told_count < len(self.changes):
+                told_count += 1
+                on_change(self.changes[told_count - 1])
+
         first = self._last_update_id + 1
         numbered = [(first + i, *command) for i, command in enumerate(commands)]
         self._last_update_id += len(numbered)
@@ -44,7 +52,7 @@ class Editor:
         while True:
             start = time.monotonic()
             try:
-                answers = self._run_once(numbered, on_progress)
+                answers = self._run_once(numbered, on_progress, on_change and tell)
                 break
             except errors.Unavailable as error:
                 # A server that commands kill again and again is given up; one that is lost long
@@ -56,6 +64,8 @@ class Editor:
                 self._open_stream(outage)
         self._must_discard = False
         self._staged_id = numbered[-1][0] if answers[-1].accepted.staged_count else 0
+        if on_change is not None:
+            tell()  # What came when the stream was made again.
         return answers
 
     def connect(self):
@@ -80,10 +90,10 @@ class Editor:
             self._stream.close()
             self._stream = None
 
-    def _run_once(self, numbered, on_progress=None):
+    def _run_once(self, numbered, on_progress=None, on_change=None):
         on_wire = on_progress and (lambda message: on_progress(diff.progress_from_wire(message)))
         try:
-            return self._stream.run(numbered, on_wire)
+            return self._stream.run(numbered, on_wire, on_change)
         except errors.Error:
             self._stream.cancel()
             self._stream = None

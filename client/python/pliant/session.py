@@ -220,16 +220,23 @@ class Session:
         return self._mirror.fields.names()
 
     def advance(self, visits_max: Optional[int] = None, time_ms_max: Optional[int] = None,
-                on_progress: Optional[Callable[[diff.Progress], None]] = None) -> diff.Diff:
+                on_progress: Optional[Callable[[diff.Progress], None]] = None,
+                commit_interval_ms: Optional[int] = None,
+                on_change: Optional[Callable[[replica.Change], None]] = None) -> diff.Diff:
         """Commits what is staged and runs the loop until converged, or as long as allowed.
 
         Args:
             visits_max: at most this many visits of vertices, > 0.
             time_ms_max: at most this long, in ms, > 0.
             on_progress: called with a `pliant.Progress` ten times a second while the loop runs.
+            commit_interval_ms: commit an unfinished revision this often, >= 10, so that `mesh` and
+                subscribers follow while the loop runs; less often if the reader does not keep up.
+                The `Diff` is then the last part of what changed.
+            on_change: called with every `pliant.Change`, the last included; `mesh` is at it then.
         """
         with self._lock:
-            return self._advance([], opts.Advance(visits_max, time_ms_max), on_progress)
+            return self._advance([], opts.Advance(visits_max, time_ms_max), on_progress,
+                                 commit_interval_ms, on_change)
 
     def freeze(self, vertex_ids: Any = None, edge_ids: Any = None, regions: Any = None, *,
                no_insert: bool = False, no_swap: bool = False, no_move: bool = False,
@@ -416,15 +423,18 @@ class Session:
 
         return "fields", make
 
-    def _advance(self, commands, advance, on_progress=None):
+    def _advance(self, commands, advance, on_progress=None, commit_interval_ms=None,
+                 on_change=None):
         message = (advance or opts.Advance()).to_wire()
         if on_progress is not None:
             message.progress_interval_ms = _PROGRESS_MS
-        return self._finish_by("advance", message, commands, on_progress)
+        if commit_interval_ms is not None:
+            message.commit_interval_ms = commit_interval_ms
+        return self._finish_by("advance", message, commands, on_progress, on_change)
 
-    def _finish_by(self, name, message, commands, on_progress):
+    def _finish_by(self, name, message, commands, on_progress, on_change=None):
         """Runs commands of which the last one, `name`, makes a revision; its Diff."""
-        answers = self._run(commands + [(name, lambda _: message)], on_progress)
+        answers = self._run(commands + [(name, lambda _: message)], on_progress, on_change)
         for answer in answers:
             if answer.WhichOneof("event") == "rejected":
                 raise errors.from_detail(answer.rejected.error)
@@ -434,11 +444,11 @@ class Session:
             raise errors.Error("PROTOCOL_ORDER", f"no diff came for revision {advanced.revision}")
         return diff.make_diff(change, advanced)
 
-    def _run(self, commands, on_progress=None):
+    def _run(self, commands, on_progress=None, on_change=None):
         """Answers to (name, function that makes the message) pairs, sent on the stream."""
         self._changes.clear()
         self._ensure_stream()
-        return self._editor.run(commands, on_progress)
+        return self._editor.run(commands, on_progress, on_change)
 
     def _ensure_stream(self):
         if self._is_deleted:

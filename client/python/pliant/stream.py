@@ -47,12 +47,13 @@ class EditStream:
             self.cancel()
             raise
 
-    def run(self, commands, on_progress=None):
+    def run(self, commands, on_progress=None, on_change=None):
         """Sends `commands` and returns the answer to each, in order.
 
         Args:
             commands: (update_id, name of the command, function of a BlobSender that makes it).
             on_progress: called with each Progress message that comes meanwhile.
+            on_change: called without arguments after each change.
 
         """
         self._unanswered = [update_id for update_id, _, _ in commands]
@@ -66,6 +67,8 @@ class EditStream:
             response = self._receive()
             if response.WhichOneof("event") == "progress" and on_progress is not None:
                 on_progress(response.progress)
+            if response.WhichOneof("event") in ("diff", "snapshot") and on_change is not None:
+                on_change()
             if (response.WhichOneof("event") in ("accepted", "rejected", "advanced")
                     and response.update_id in self._unanswered):
                 answers[response.update_id] = response

@@ -136,6 +136,14 @@ def test_a_lost_connection_applies_nothing_twice(start, fault):
     assert session.advance().base_revision == 2
 
 
+@pytest.mark.parametrize("fault", [None, "drop before", "drop after"])
+def test_a_change_is_told_once(start, fault):
+    session = start(FakeService(random_meshes(2), faults=[None, fault]))
+    seen = []
+    session.advance(on_change=seen.append)
+    assert [(change.base_revision, change.revision) for change in seen] == [(1, 2)]
+
+
 def test_an_announced_end_is_taken_up_again_or_says_why(start):
     shutdown = errors_pb2.ErrorDetail(reason="UNAVAILABLE", message="the server shuts down")
     gone = errors_pb2.ErrorDetail(reason="SESSION_NOT_FOUND", message="it was deleted", code=5)

@@ -120,6 +120,21 @@ def test_progress_is_told(client):
         assert seen[-1].active_count > 0 and seen[-1].elapsed_ms >= 100
 
 
+def test_unfinished_revisions_are_told(client):
+    seen = []
+    with client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.1)) as session:
+        def see(change):
+            assert session.revision == session.mesh.revision == change.revision
+            seen.append((change.base_revision, change.revision))
+
+        session.stage_metric(pliant.metric.size(0.005))
+        diff = session.advance(commit_interval_ms=50, on_change=see)
+        assert len(seen) > 1
+        assert seen == [(revision, revision + 1) for revision in range(1, session.revision)]
+        assert (diff.base_revision, diff.revision, diff.stop_reason) == (*seen[-1], "CONVERGED")
+        assert session.mesh.state_hash == session.download().state_hash
+
+
 def test_a_subscriber_in_a_thread_of_its_own(client, session):
     seen = []
     with client.subscribe(session.session_id) as follower:
