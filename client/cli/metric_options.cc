@@ -110,7 +110,8 @@ void AddMetricOptions(CLI::App& command, MetricOptions& options, MetricNeed need
       ->type_name("FLOAT");
   command
       .add_option("--rotation", options.gradation.rotation,
-                  "Limit on how far axes turn over one long element, 0.3 to 1.4; 0 is no limit")
+                  "Limit on how far axes turn over one long element, 0.1 to 10, larger is looser; "
+                  "0 is no limit")
       ->each(has_chosen)
       ->type_name("FLOAT");
   command

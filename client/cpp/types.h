@@ -128,7 +128,7 @@ struct AdvanceReport {
   std::vector<Trouble> troubles = {};
   /// What limits made of the metric; `changed_count` stays on the server.
   MetricReport metric = {};
-  std::chrono::microseconds compute_time{0};  ///< In the core.
+  std::chrono::microseconds compute_time{0};  ///< Of loop and commit in the core, without staging.
   std::chrono::microseconds elapsed_time{0};  ///< From receipt to commit, on the server.
 };
 

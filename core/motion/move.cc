@@ -1,6 +1,7 @@
 #include "core/motion/move.h"
 
 #include <algorithm>
+#include <iomanip>
 #include <sstream>
 #include <utility>
 #include <vector>
@@ -62,9 +63,12 @@ class Motion final : public MeshChange {
  private:
   [[nodiscard]] Error Refusal() const {
     std::ostringstream message;
-    message << "boundaries would cross: the motion can go as far as " << report_.fraction
-            << " of its way";
-    if (report_.second_edge.valid()) {
+    const bool edges_meet = report_.second_edge.valid();
+    // Enough digits to tell the last share that is tried from the whole.
+    message << std::setprecision(10)
+            << (edges_meet ? "boundaries would cross" : "triangles would turn over")
+            << ": the motion can go as far as " << report_.fraction << " of its way";
+    if (edges_meet) {
       message << ", where edges " << report_.first_edge << " and " << report_.second_edge
               << " meet";
     }

@@ -104,7 +104,8 @@ class Diff(Change):
         motion_fraction: share of the motion that was done, 0 to 1; None if nothing was to move.
         limits: what limits did to the metric, by stage ("GEOMETRY", "ROTATION", "GRADATION"); a
             stage that changed nothing is absent.
-        compute_us: time in the core, microseconds.
+        compute_us: time of the loop and the commit in the core, microseconds; without what was
+            staged before, where motions are carried out.
         elapsed_us: from when the server got the advance to its commit, microseconds.
     """
 
