@@ -26,8 +26,9 @@ namespace pliant::client {
 [[nodiscard]] v1::Domain ToWire(const Domain& domain, wire::ColumnWriter& columns);
 [[nodiscard]] v1::MeshInput ToWire(const MeshData& mesh, wire::ColumnWriter& columns);
 
-/// A whole specification: on the server nothing of an earlier one is left.
+/// All of them: none stays as it was.
 [[nodiscard]] v1::MetricLimits ToWire(const MetricLimits& limits);
+/// A whole specification: on the server nothing of an earlier one is left.
 [[nodiscard]] v1::MetricUpdate ToWire(const MetricSpec& metric, wire::ColumnWriter& columns);
 
 /// Tensors at vertices of one revision; an empty `vertices` means all live ones.

@@ -349,10 +349,11 @@ Result<AdvanceReport> Session::Impl::Advance(const AdvanceOptions& options,
   // Whether it committed or was refused: the stage is empty, unless the answer is lost.
   if (is_open()) staged_count_ = 0;
   const std::optional<Error> refusal = std::exchange(refusal_, std::nullopt);
-  if (!answer.ok()) {
-    const bool of_update = refusal && answer.error().code == ErrorCode::kUpdateRejected;
-    return of_update ? *refusal : answer.error();
+  // Also where the advance is answered: then its number was another one's, and so is that commit.
+  if (refusal && (answer.ok() || answer.error().code == ErrorCode::kUpdateRejected)) {
+    return *refusal;
   }
+  if (!answer.ok()) return answer.error();
   return FromWire(answer->advanced());
 }
 

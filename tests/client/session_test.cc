@@ -225,6 +225,32 @@ TEST(Session, SendsAStepAheadOfItsAnswers) {
   EXPECT_TRUE(session->UpdateMetric({.source = SizeMetric{"0.2"}}).ok());
 }
 
+// Goal: a commit under a number that another editor has used is not taken for that of a step of
+//       which an update was refused for its number.
+TEST(Session, TheCommitOfAnotherIsNotThatOfARefusedStep) {
+  const History history(1);
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int) {
+    script.Open(Revision{0});
+    const std::vector<v1::EditRequest> step = ReceiveStep(script);
+    v1::ErrorDetail error;
+    error.set_reason("PROTOCOL_ORDER");
+    script.Reject(step[1], error);
+    script.Accept(step[2]);
+    script.SendDiff(history.Diff(1));
+    script.Advanced(step[3], history.Diff(1));
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  session->SetAnswers(Answers::kWithAdvance);
+  ASSERT_NO_FATAL_FAILURE(SendStep(*session));
+  const auto report = session->Advance();
+  ASSERT_FALSE(report.ok());
+  EXPECT_EQ(report.error().code, ErrorCode::kProtocolOrder);
+  ExpectSame(session->replica(), history.models[1]);
+}
+
 TEST(Session, TheAdvanceOfAStepSentAheadSaysWhichUpdateWasRefused) {
   const History history(1);
   FakeServer server;

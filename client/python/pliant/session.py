@@ -41,7 +41,14 @@ class Session:
         self._lock = threading.RLock()
         self._editor = editor.Editor(stub, session_id, list(parts), reconnect_s)
         self._mirror, self._changes = self._editor.mirror, self._editor.changes
+        self._last_diff: Optional[diff.Diff] = None
         self._is_deleted = False
+
+    @property
+    def last_diff(self) -> Optional[diff.Diff]:
+        """What the last call that committed has returned; after `create_session` that of the first
+        mesh: why its loop ended, and where the metric is not met. None before any."""
+        return self._last_diff
 
     @property
     def session_id(self) -> str:
@@ -442,7 +449,8 @@ class Session:
         change = self._changes[-1] if self._changes else None
         if change is None or change.revision != advanced.revision:
             raise errors.Error("PROTOCOL_ORDER", f"no diff came for revision {advanced.revision}")
-        return diff.make_diff(change, advanced)
+        self._last_diff = diff.make_diff(change, advanced)
+        return self._last_diff
 
     def _run(self, commands, on_progress=None, on_change=None):
         """Answers to (name, function that makes the message) pairs, sent on the stream."""

@@ -42,6 +42,21 @@ def test_limits_change_with_tensors_and_after_them(client):
         assert error.value.field == "metric.limits.gradation"
 
 
+def test_the_first_mesh_tells_where_its_metric_is_not_met(client):
+    jump = pliant.metric.size("x < 0.5 ? 0.01 : 0.2")
+    with client.create_session(domain=square(), metric=jump, automatic=False) as one:
+        first = one.last_diff
+        assert first.stop_reason == "CONVERGED" and first.revision == 1
+        assert first.troubles and first.troubles[0].kind == "SIZE_JUMP"
+        assert first.insertion_count > 0
+        assert one.last_diff is first
+        cured = one.update_metric(hgrad=1.5)
+        assert one.last_diff is cured and not cured.troubles
+        one.close()
+        with client.open_session(one.session_id) as other:
+            assert other.last_diff is None
+
+
 def test_limits_report_what_they_did(client):
     jump = pliant.metric.size("x < 0.5 ? 0.02 : 0.2")
     with client.create_session(domain=square(), metric=jump, automatic=False) as one:
