@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <utility>
 
+#include "core/base/stoppable_sort.h"
 #include "core/delaunay/triangulate.h"
 #include "core/geometry/domain.h"
 #include "core/mesh/star.h"
@@ -24,21 +25,33 @@ struct Wall {
 class CavityFiller {
  public:
   CavityFiller(MeshEdit& edit, const std::vector<TriangleId>& cavity,
-               const std::function<bool(VertexId)>& keeps, std::span<const VertexId> leaving)
-      : edit_(edit), mesh_(edit.mesh()), cavity_(cavity), keeps_(keeps), leaving_(leaving) {
-    std::sort(cavity_.begin(), cavity_.end());
+               const std::function<bool(VertexId)>& keeps, std::span<const VertexId> leaving,
+               const StopSignal* stop)
+      : edit_(edit),
+        mesh_(edit.mesh()),
+        cavity_(cavity),
+        keeps_(keeps),
+        leaving_(leaving),
+        stop_(stop),
+        stopped_(stop) {
+    SortUnlessStopped(cavity_.begin(), cavity_.end(), stop_);
     cavity_.erase(std::unique(cavity_.begin(), cavity_.end()), cavity_.end());
   }
 
-  std::optional<Retriangulated> Run() {
+  Result<Retriangulated> Run() {
     FindWalls();
+    if (stop_asked()) return Stopped();
     for (std::size_t k = 0; k < leaving_.size(); ++k) TakeOffWall(k);
     FindPoints();
-    if (!MakeDomain()) return std::nullopt;
-    const Result<DomainTriangulation> filled = TriangulateDomain(domain_);
-    if (!filled.ok()) return std::nullopt;
+    if (stop_asked()) return Stopped();
+    MakeDomain();
+    const Result<DomainTriangulation> filled = TriangulateDomain(domain_, stop_);
+    if (!filled.ok()) return Named(filled.error());
     std::optional<std::vector<NewTriangle>> triangles = Inside(*filled);
-    if (!triangles || !covers_all()) return std::nullopt;
+    if (stop_asked()) return Stopped();
+    if (!triangles || covered_walls_ != walls_.size()) return WallsCross();
+    const auto unused = std::find(used_.begin(), used_.end(), false) - used_.begin();
+    if (unused != std::ssize(used_)) return Outside(points_[static_cast<std::size_t>(unused)]);
     for (const VertexId vertex : leaving_) edit_.MergeEdges(vertex);
     edit_.ReplaceCavity(cavity_, *triangles);
     for (const VertexId vertex : gone_) edit_.RemoveVertex(vertex);
@@ -46,6 +59,32 @@ class CavityFiller {
   }
 
  private:
+  [[nodiscard]] bool stop_asked() const { return stop_ != nullptr && stop_->asked(); }
+
+  /// An error of the domain, in the mesh's ids.
+  [[nodiscard]] Error Named(Error error) const {
+    const auto name = [&](std::int64_t& index) {
+      if (index >= 0) index = points_[static_cast<std::size_t>(index)].value();
+    };
+    const bool of_points = error.field == "domain.points";
+    if (of_points) name(error.index);
+    if (!of_points) error.index = -1;
+    if (error.code == ErrorCode::kDuplicatePoint) {
+      name(error.other_index);
+    } else {
+      error.other_index = -1;
+    }
+    return error;
+  }
+  static Error WallsCross() {
+    return {ErrorCode::kCrossingSegments, "the sides of a cavity do not bound it"};
+  }
+  static Error Outside(VertexId vertex) {
+    Error error{ErrorCode::kPointOutsideDomain, "a vertex of a cavity lies outside of it"};
+    error.index = vertex.value();
+    return error;
+  }
+
   [[nodiscard]] bool InCavity(TriangleId id) const {
     return std::binary_search(cavity_.begin(), cavity_.end(), id);
   }
@@ -53,6 +92,7 @@ class CavityFiller {
   /// Every side that stays: the rim, and constrained edges from either side.
   void FindWalls() {
     for (const TriangleId id : cavity_) {
+      if (stopped_()) return;
       const TriangleRecord& record = mesh_.triangle(id);
       for (int side = 0; side < 3; ++side) {
         const auto s = static_cast<std::size_t>(side);
@@ -62,8 +102,8 @@ class CavityFiller {
                           record.region});
       }
     }
-    std::sort(walls_.begin(), walls_.end(),
-              [](const Wall& a, const Wall& b) { return a.side < b.side; });
+    SortUnlessStopped(walls_.begin(), walls_.end(), stop_,
+                      [](const Wall& a, const Wall& b) { return a.side < b.side; });
   }
 
   /// Makes the two edges at the k-th leaving vertex one wall, on each side that the cavity has.
@@ -106,15 +146,16 @@ class CavityFiller {
       const auto& v = mesh_.triangle(id).vertices;
       corners.insert(corners.end(), v.begin(), v.end());
     }
-    std::sort(corners.begin(), corners.end());
+    SortUnlessStopped(corners.begin(), corners.end(), stop_);
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
     std::vector<VertexId> on_walls;
     for (const Wall& wall : walls_) {
       on_walls.push_back(wall.side.first);
       on_walls.push_back(wall.side.second);
     }
-    std::sort(on_walls.begin(), on_walls.end());
+    SortUnlessStopped(on_walls.begin(), on_walls.end(), stop_);
     for (const VertexId vertex : corners) {
+      if (stopped_()) return;
       const bool leaves = std::find(leaving_.begin(), leaving_.end(), vertex) != leaving_.end();
       const bool stays =
           !leaves && (std::binary_search(on_walls.begin(), on_walls.end(), vertex) ||
@@ -128,14 +169,13 @@ class CavityFiller {
                                      points_.begin());
   }
 
-  bool MakeDomain() {
+  void MakeDomain() {
     for (const VertexId vertex : points_) domain_.points.push_back(mesh_.position(vertex));
     for (const Wall& wall : walls_) {
       const auto [a, b] = wall.side;
       if (b < a && FindWall({b, a}) != nullptr) continue;  // A constrained edge has two sides.
       domain_.segments.push_back({Dense(a), Dense(b), 0});
     }
-    return !domain_.points.empty();
   }
 
   /// The triangles left of the walls, with the regions that were there; the others fill holes of
@@ -157,6 +197,7 @@ class CavityFiller {
       stack = {start};
       seen[start] = true;
       while (!stack.empty()) {
+        if (stopped_()) return std::nullopt;
         const std::size_t t = stack.back();
         stack.pop_back();
         members.push_back(t);
@@ -195,17 +236,13 @@ class CavityFiller {
     return points_[static_cast<std::size_t>(dense)];
   }
 
-  /// Every wall has its triangle and every point is used.
-  [[nodiscard]] bool covers_all() const {
-    return covered_walls_ == walls_.size() &&
-           std::find(used_.begin(), used_.end(), false) == used_.end();
-  }
-
   MeshEdit& edit_;
   const Mesh& mesh_;
   std::vector<TriangleId> cavity_;
   const std::function<bool(VertexId)>& keeps_;
   const std::span<const VertexId> leaving_;
+  const StopSignal* const stop_;
+  StopPoll stopped_;
   std::vector<Wall> walls_;  // By side.
   std::vector<VertexId> points_;
   std::vector<VertexId> gone_;
@@ -216,11 +253,11 @@ class CavityFiller {
 
 }  // namespace
 
-std::optional<Retriangulated> RetriangulateCavity(MeshEdit& edit,
-                                                  const std::vector<TriangleId>& cavity,
-                                                  const std::function<bool(VertexId)>& keeps,
-                                                  std::span<const VertexId> leaving) {
-  return CavityFiller(edit, cavity, keeps, leaving).Run();
+Result<Retriangulated> RetriangulateCavity(MeshEdit& edit, const std::vector<TriangleId>& cavity,
+                                           const std::function<bool(VertexId)>& keeps,
+                                           std::span<const VertexId> leaving,
+                                           const StopSignal* stop) {
+  return CavityFiller(edit, cavity, keeps, leaving, stop).Run();
 }
 
 }  // namespace pliant

@@ -1,11 +1,12 @@
 #pragma once
 
 #include <functional>
-#include <optional>
 #include <span>
 #include <vector>
 
 #include "core/base/ids.h"
+#include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/mesh/mesh_edit.h"
 
 namespace pliant {
@@ -23,12 +24,17 @@ struct Retriangulated {
 /// @param leaving  vertices inside a segment that shall go, too, none twice: the edges on either
 ///                 side become one. The cavity has all triangles at them.
 ///
-/// @return nothing, and the mesh untouched, if the rim and the constrained edges cross at these
-///         positions: a larger cavity may do.
+/// @param stop  not owned; null: nobody; else asked until the mesh is changed
+///
+/// @return or an error of TriangulateDomain, and the mesh untouched, if the walls and the vertices
+///         that stay do not fit together at these positions; a larger cavity may do. index is the
+///         id of the vertex that is outside (kPointOutsideDomain), on a wall (kPointOnSegment), or
+///         where vertex other_index is (kDuplicatePoint); -1 for other errors. kCancelled.
 /// @par Cost O(n log n) for n triangles
-std::optional<Retriangulated> RetriangulateCavity(MeshEdit& edit,
-                                                  const std::vector<TriangleId>& cavity,
-                                                  const std::function<bool(VertexId)>& keeps,
-                                                  std::span<const VertexId> leaving = {});
+[[nodiscard]] Result<Retriangulated> RetriangulateCavity(MeshEdit& edit,
+                                                         const std::vector<TriangleId>& cavity,
+                                                         const std::function<bool(VertexId)>& keeps,
+                                                         std::span<const VertexId> leaving = {},
+                                                         const StopSignal* stop = nullptr);
 
 }  // namespace pliant

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/stoppable_sort.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/segments.h"
 
@@ -90,10 +91,10 @@ struct Twins {
   [[nodiscard]] bool exist() const { return other >= 0; }
 };
 
-/// @param keyed  pairs of a key and an index, in any order.
+/// @param keyed  pairs of a key and an index, in any order. @param stop  as for CheckArrays
 template <class Key>
-Twins FindTwins(std::vector<std::pair<Key, std::int32_t>> keyed) {
-  std::ranges::sort(keyed);
+Twins FindTwins(std::vector<std::pair<Key, std::int32_t>> keyed, const StopSignal* stop) {
+  SortUnlessStopped(keyed.begin(), keyed.end(), stop);
   Twins twins;
   for (std::size_t k = 0; k + 1 < keyed.size(); ++k) {
     if (keyed[k].first == keyed[k + 1].first && keyed[k].second < twins.lowest) {
@@ -103,7 +104,7 @@ Twins FindTwins(std::vector<std::pair<Key, std::int32_t>> keyed) {
   return twins;
 }
 
-Status CheckDuplicatePoints(const Domain& domain) {
+Status CheckDuplicatePoints(const Domain& domain, const StopSignal* stop) {
   std::vector<std::pair<std::pair<double, double>, std::int32_t>> keyed;
   keyed.reserve(domain.points.size());
   for (std::size_t i = 0; i < domain.points.size(); ++i) {
@@ -111,7 +112,7 @@ Status CheckDuplicatePoints(const Domain& domain) {
     keyed.push_back(
         {{domain.points[i].x + 0.0, domain.points[i].y + 0.0}, static_cast<std::int32_t>(i)});
   }
-  const Twins twins = FindTwins(std::move(keyed));
+  const Twins twins = FindTwins(std::move(keyed), stop);
   if (!twins.exist()) return {};
   return Error{.code = ErrorCode::kDuplicatePoint,
                .message = "Points " + std::to_string(twins.lowest) + " and " +
@@ -123,7 +124,7 @@ Status CheckDuplicatePoints(const Domain& domain) {
                .other_index = twins.other};
 }
 
-Status CheckSegmentEnds(const Domain& domain) {
+Status CheckSegmentEnds(const Domain& domain, const StopSignal* stop) {
   std::vector<std::pair<std::pair<std::int32_t, std::int32_t>, std::int32_t>> keyed;
   keyed.reserve(domain.segments.size());
   for (std::size_t i = 0; i < domain.segments.size(); ++i) {
@@ -137,7 +138,7 @@ Status CheckSegmentEnds(const Domain& domain) {
     }
     keyed.push_back({{std::min(a, b), std::max(a, b)}, static_cast<std::int32_t>(i)});
   }
-  const Twins twins = FindTwins(std::move(keyed));
+  const Twins twins = FindTwins(std::move(keyed), stop);
   if (!twins.exist()) return {};
   const Segment& segment = domain.segments[AsIndex(twins.lowest)];
   return Error{.code = ErrorCode::kDuplicateSegment,
@@ -210,7 +211,7 @@ Status CheckPointsOnSegments(const Domain& domain, const BoxTree& tree) {
 
 }  // namespace
 
-Status CheckArrays(const Domain& domain) {
+Status CheckArrays(const Domain& domain, const StopSignal* stop) {
   const auto itself = [](Vec2 p) { return p; };
   const auto seed_point = [](const RegionSeed& seed) { return seed.point; };
   PLIANT_RETURN_IF_ERROR(CheckIndices(domain));
@@ -218,8 +219,8 @@ Status CheckArrays(const Domain& domain) {
   PLIANT_RETURN_IF_ERROR(CheckFinite(domain.holes, itself, "domain.holes"));
   PLIANT_RETURN_IF_ERROR(CheckFinite(domain.regions, seed_point, "domain.regions"));
   PLIANT_RETURN_IF_ERROR(CheckSizes(domain));
-  PLIANT_RETURN_IF_ERROR(CheckDuplicatePoints(domain));
-  return CheckSegmentEnds(domain);
+  PLIANT_RETURN_IF_ERROR(CheckDuplicatePoints(domain, stop));
+  return CheckSegmentEnds(domain, stop);
 }
 
 Status CheckSegment(const Domain& domain, std::int32_t segment) {

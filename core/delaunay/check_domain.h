@@ -4,6 +4,7 @@
 #include <string>
 
 #include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/domain.h"
 
 namespace pliant {
@@ -11,8 +12,10 @@ namespace pliant {
 /// What can be said about a domain by looking at its arrays: everything up to kDuplicateSegment.
 ///
 /// @return the first error in the order of ErrorCode, at the lowest index.
+/// @param stop  not owned; null: nobody; else asked, and nothing is checked for sure if it says
+/// yes.
 /// @par Cost  O(n log n).
-[[nodiscard]] Status CheckArrays(const Domain& domain);
+[[nodiscard]] Status CheckArrays(const Domain& domain, const StopSignal* stop = nullptr);
 
 /// Why a segment cannot be part of a triangulation: the lowest one that it crosses or overlaps, or
 /// else the lowest point inside it. The lower of two segments is the error's index.

@@ -187,13 +187,14 @@ std::size_t HullTriangulation::CornerOpposite(const Triangle& triangle, std::int
   return i;
 }
 
-HullTriangulation DelaunayTriangulation(std::span<const Vec2> points) {
+HullTriangulation DelaunayTriangulation(std::span<const Vec2> points, const StopSignal* stop) {
   HullTriangulation result;
-  std::vector<std::int32_t> order = InsertionOrder(points);
+  std::vector<std::int32_t> order = InsertionOrder(points, stop);
   if (!PutTriangleFirst(order, points)) return result;
   Builder builder(points);
   builder.Start({order[0], order[1], order[2]});
-  for (std::size_t k = 3; k < order.size(); ++k) builder.Insert(order[k]);
+  StopPoll stopped(stop);
+  for (std::size_t k = 3; k < order.size() && !stopped(); ++k) builder.Insert(order[k]);
   result.triangles = std::move(builder).Finish();
   result.triangle_of_point.assign(points.size(), -1);
   for (std::size_t t = 0; t < result.triangles.size(); ++t) {

@@ -6,6 +6,7 @@
 #include <span>
 #include <vector>
 
+#include "core/base/stop_signal.h"
 #include "core/delaunay/triangulate.h"
 #include "core/geometry/vec2.h"
 
@@ -39,8 +40,10 @@ struct HullTriangulation {
 /// Exact: every point is a vertex, collinear and co-circular points included.
 ///
 /// @param points  finite and pairwise distinct.
+/// @param stop  not owned; null: nobody; else asked: what it returns then is of no use.
 /// @return no triangles if the points all lie on one line (or are fewer than three).
 /// @par Cost  O(n log n) expected, about 1 us per point.
-[[nodiscard]] HullTriangulation DelaunayTriangulation(std::span<const Vec2> points);
+[[nodiscard]] HullTriangulation DelaunayTriangulation(std::span<const Vec2> points,
+                                                      const StopSignal* stop = nullptr);
 
 }  // namespace pliant

@@ -288,14 +288,18 @@ DomainTriangulation Flood::Inside() && {
 
 }  // namespace
 
-Result<DomainTriangulation> KeepInside(const Domain& domain, HullTriangulation hull) {
+Result<DomainTriangulation> KeepInside(const Domain& domain, HullTriangulation hull,
+                                       const StopSignal* stop) {
+  const auto asked = [&] { return stop != nullptr && stop->asked(); };
   Flood flood(domain, std::move(hull));
   flood.Outside();
   flood.LocateSeeds();
   flood.Holes();
+  if (asked()) return Stopped();
   PLIANT_RETURN_IF_ERROR(flood.CheckSegmentsAndPoints());
   PLIANT_RETURN_IF_ERROR(flood.CheckSeeds());
   PLIANT_RETURN_IF_ERROR(flood.TagRegions());
+  if (asked()) return Stopped();
   return std::move(flood).Inside();
 }
 

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/rng.h"
+#include "core/base/stoppable_sort.h"
 
 namespace pliant {
 namespace {
@@ -72,7 +73,7 @@ std::vector<std::int32_t> PointsOf(
 
 }  // namespace
 
-std::vector<std::int32_t> InsertionOrder(std::span<const Vec2> points) {
+std::vector<std::int32_t> InsertionOrder(std::span<const Vec2> points, const StopSignal* stop) {
   std::vector<std::pair<std::uint64_t, std::int32_t>> keyed = KeyedPoints(points);
   Rng rng(points.size());
   for (std::size_t i = keyed.size(); i > 1; --i) std::swap(keyed[i - 1], keyed[rng.Below(i)]);
@@ -80,8 +81,8 @@ std::vector<std::int32_t> InsertionOrder(std::span<const Vec2> points) {
   std::size_t size = kFirstRoundSize;
   while (first < keyed.size()) {
     const std::size_t last = std::min(first + size, keyed.size());
-    std::sort(keyed.begin() + static_cast<std::ptrdiff_t>(first),
-              keyed.begin() + static_cast<std::ptrdiff_t>(last));
+    SortUnlessStopped(keyed.begin() + static_cast<std::ptrdiff_t>(first),
+                      keyed.begin() + static_cast<std::ptrdiff_t>(last), stop);
     first = last;
     size = first;
   }

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/base/result.h"
+#include "core/base/stop_signal.h"
 #include "core/geometry/domain.h"
 
 namespace pliant {
@@ -32,8 +33,10 @@ struct DomainTriangulation {
 ///         `other_index`, and a `field` among "domain.points", "domain.segments", "domain.holes"
 ///         and "domain.regions". Where nothing is inside, every segment is useless, and the error
 ///         is kOpenLoop if one of them has a loose end, else kNothingInside.
+/// @param stop  not owned; null: nobody; else asked; then kCancelled.
 /// @par Cost O(n log n) expected for n points and segments, about 1 s per million. A segment that
 ///      crosses k edges of the Delaunay triangulation of the points costs k log k typically.
-[[nodiscard]] Result<DomainTriangulation> TriangulateDomain(const Domain& domain);
+[[nodiscard]] Result<DomainTriangulation> TriangulateDomain(const Domain& domain,
+                                                            const StopSignal* stop = nullptr);
 
 }  // namespace pliant

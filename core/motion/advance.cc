@@ -7,6 +7,7 @@
 
 #include "core/base/check.h"
 #include "core/delaunay/cavity.h"
+#include "core/delaunay/clash.h"
 #include "core/delaunay/overtaken.h"
 #include "core/geometry/predicates.h"
 #include "core/pliant/remove.h"
@@ -29,15 +30,20 @@ constexpr double kHeightLost = 0.5;
 /// Triangles below this quality have their edges looked at after a sub-step.
 constexpr double kPoorQuality = 0.4;
 
-/// A sub-step in which a corner goes no further than this, in metric length, may be a leap.
-constexpr double kLeapLength = 20;
+/// Where at most this share of the corners of spoiled triangles may be removed, a cavity grows
+/// until its rim holds: next to nothing is lost but time.
+constexpr double kFewFree = 0.25;
 
-/// Cavities grow by a ring of triangles at a time, and not beyond this.
+/// Cavities around what blocks a tiny step grow by a ring of triangles at a time, and not beyond
+/// this.
 constexpr int kCavityRingsMax = 12;
 constexpr std::size_t kCavityTrianglesMax = 4000;
 
 /// A sub-step of this share of the motion that still fails ends it.
 constexpr double kLeastShare = 1e-9;
+
+/// The same where it is known that the motion cannot be completed.
+constexpr double kShyOfMisplaced = 1e-3;
 
 Metric MeanOf(const Mesh& mesh, const TriangleRecord& triangle) {
   return (1.0 / 3.0) * (mesh.metric(triangle.vertices[0]) + mesh.metric(triangle.vertices[1]) +
@@ -108,12 +114,17 @@ double Advance::RunTo(double limit) {
     accepted_in_a_row = 0;
     double longest = 0;
     for (const Spoiled& s : spoiled_) longest = std::max(longest, s.step);
-    if (longest > kShortStep && longest <= kLeapLength && Leap(target)) {
+    if (longest > kShortStep && Leap(target)) {
       at = target;
       continue;
     }
     ++report_.rejected_count;
     TakeBack();
+    if (misplaced_ && plan_.request().on_impossible == ImpossibleMotion::kRefuse) break;
+    if (misplaced_ && target - at < kShyOfMisplaced * limit) {
+      NoteBlockers();
+      break;
+    }
     if (longest > kShortStep) {
       step = 0.5 * (target - at);
       continue;
@@ -339,21 +350,61 @@ void Advance::SwapPoor() {
   }
 }
 
+bool Advance::MostAreGiven() const {
+  std::size_t free_count = 0;
+  for (const Spoiled& one : spoiled_) {
+    for (const VertexId vertex : mesh_.triangle(one.triangle).vertices) {
+      free_count += IsFree(vertex) ? 1 : 0;
+    }
+  }
+  return static_cast<double>(free_count) <= kFewFree * 3 * static_cast<double>(spoiled_.size());
+}
+
 bool Advance::Leap(double s) {
-  if (spoiled_.size() > kCavityTrianglesMax) return false;  // The cavity has them all, and more.
   PlaceRest(s);
   CheckRest();
   if (stopped_()) return false;
-  std::vector<TriangleId> spoiled;
-  for (const Spoiled& one : spoiled_) spoiled.push_back(one.triangle);
-  const SuddenMove move{.before = [&](VertexId vertex) { return PositionBefore(vertex); },
-                        .is_free = [&](VertexId vertex) { return IsFree(vertex); }};
-  for (const Overtaking rule : {Overtaking::kStillGo, Overtaking::kAllGo}) {
-    const std::vector<TriangleId> cavity =
-        OvertakenCavity(mesh_, spoiled, move, rule, plan_.stop());
-    if (cavity.size() <= kCavityTrianglesMax && Fill(cavity, s)) return true;
+  std::vector<TriangleId> cavity;
+  for (const Spoiled& one : spoiled_) cavity.push_back(one.triangle);
+  const bool most_are_given = MostAreGiven();
+  if (!most_are_given) {
+    const SuddenMove move{.before = [&](VertexId vertex) { return PositionBefore(vertex); },
+                          .is_free = [&](VertexId vertex) { return IsFree(vertex); }};
+    const std::vector<TriangleId> spoiled = cavity;
+    for (const Overtaking rule : {Overtaking::kStillGo, Overtaking::kAllGo}) {
+      cavity = OvertakenCavity(mesh_, spoiled, move, rule, plan_.stop());
+      if (stopped_()) return false;
+      if (Fill(cavity, s)) return true;
+    }
   }
+  const bool arrives = s == 1 && plan_.names_inside();
+  if (!arrives && !most_are_given) return false;
+  AddStarsOfGiven(cavity);
+  cavity = WithClashes(
+      mesh_, std::move(cavity), [&](VertexId v) { return !IsFree(v); }, plan_.stop());
+  if (stopped_()) return false;
+  if (Fill(cavity, s)) return true;
+  if (arrives && IsOfNamed(fill_error_)) misplaced_ = fill_error_;
   return false;
+}
+
+void Advance::AddStarsOfGiven(std::vector<TriangleId>& cavity) {
+  const std::size_t count = cavity.size();
+  for (std::size_t i = 0; i < count && !stopped_(); ++i) {
+    for (const VertexId vertex : mesh_.triangle(cavity[i]).vertices) {
+      if (mesh_.vertex(vertex).edge.valid() || IsFree(vertex)) continue;
+      ForEachTriangleAt(vertex, [&](TriangleId id) { cavity.push_back(id); });
+    }
+  }
+}
+
+bool Advance::IsOfNamed(const Error& error) const {
+  const auto named = [&](std::int64_t index) {
+    const VertexId vertex(static_cast<std::int32_t>(index));
+    return vertex.valid() && !mesh_.vertex(vertex).edge.valid() &&
+           place_of_.At(vertex) != PlaceMap::kNone && !IsFree(vertex);
+  };
+  return named(error.index) || named(error.other_index);
 }
 
 bool Advance::Retriangulate(double s) {
@@ -382,10 +433,16 @@ bool Advance::Retriangulate(double s) {
 bool Advance::Fill(const std::vector<TriangleId>& cavity, double s) {
   const bool is_frozen = std::any_of(cavity.begin(), cavity.end(),
                                      [&](TriangleId id) { return mesh_.triangle(id).frozen; });
-  if (is_frozen) return false;
-  const auto filled =
-      RetriangulateCavity(edit_, cavity, [&](VertexId vertex) { return !IsFree(vertex); });
-  if (!filled) return false;
+  if (is_frozen) {
+    fill_error_ = {ErrorCode::kFrozen, "a frozen triangle is in the way"};
+    return false;
+  }
+  const auto filled = RetriangulateCavity(
+      edit_, cavity, [&](VertexId vertex) { return !IsFree(vertex); }, {}, plan_.stop());
+  if (!filled.ok()) {
+    fill_error_ = filled.error();
+    return false;
+  }
   ++report_.retriangulate_count;
   report_.removed_count += static_cast<std::int64_t>(filled->removed.size());
   for (const VertexId vertex : filled->corners) {

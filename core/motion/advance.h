@@ -3,9 +3,11 @@
 #include <cstddef>
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <vector>
 
 #include "core/base/ids.h"
+#include "core/base/result.h"
 #include "core/base/stop_signal.h"
 #include "core/delaunay/metric_flip.h"
 #include "core/geometry/vec2.h"
@@ -19,13 +21,14 @@ namespace pliant {
 
 /// Carries a motion out on the mesh, in sub-steps after each of which every triangle is positive.
 ///
-/// A sub-step that would turn a triangle over, or flatten it, is a leap if it is no longer than a
-/// few wanted lengths: the vertices that stand still where it leads are dropped, and the cavity
-/// that this leaves is triangulated at the new positions. Where that fails, the sub-step is taken
-/// back and tried with half its length. Once it is short against the wanted edge length, what
-/// blocks it is removed: free vertices in the interior first, then vertices inside segments; then
-/// edges are swapped; at last a cavity of any kind is triangulated anew. Triangles that have become
-/// poor are swapped after each sub-step.
+/// A sub-step that would turn a triangle over, or flatten it, is a leap: the vertices that stand
+/// still where it leads are dropped, and the cavity that this leaves is triangulated at the new
+/// positions. If that fails where next to nobody can be dropped, or at the end of a motion that
+/// names vertices in the interior, the cavity grows by whatever it overlaps. Where a leap fails,
+/// the sub-step is taken back and tried with half its length. Once it is short against the wanted
+/// edge length, what blocks it is removed: free vertices in the interior first, then vertices
+/// inside segments; then edges are swapped; at last a cavity of any kind is triangulated anew.
+/// Triangles that have become poor are swapped after each sub-step.
 ///
 /// *Invariants*: between sub-steps the mesh is valid, apart from metrics of moved vertices, which
 /// are still those of where they were.
@@ -49,6 +52,11 @@ class Advance {
 
   /// Live vertices whose surroundings are not what they were, ascending.
   [[nodiscard]] std::vector<VertexId> Disturbed() const;
+
+  /// Why the last positions allow no mesh at all: a vertex (index) named in the interior would be
+  /// outside of the domain, on a constrained edge, or where another one (other_index) is. Nothing
+  /// if that was not tried, or is not so.
+  [[nodiscard]] const std::optional<Error>& Misplaced() const { return misplaced_; }
 
   /// Two constrained edges at triangles that could not be kept; none if it ran to its end.
   [[nodiscard]] std::pair<EdgeId, EdgeId> Blockers() const { return blockers_; }
@@ -95,7 +103,15 @@ class Advance {
   /// Goes to time s by triangulating anew what lies in the way. @return false, and nothing
   /// changed, if that does not work
   bool Leap(double s);
+  /// True if few corners of the spoiled triangles may be removed.
+  [[nodiscard]] bool MostAreGiven() const;
+  /// Those in the interior that had to move far have triangles that reach across others, though
+  /// they be positive.
+  void AddStarsOfGiven(std::vector<TriangleId>& cavity);
+  /// True if the error is about a vertex that is named, and in the interior.
+  [[nodiscard]] bool IsOfNamed(const Error& error) const;
   bool Retriangulate(double s);
+  /// @return false, and fill_error_ says why, if that does not work
   bool Fill(const std::vector<TriangleId>& cavity, double s);
   void NoteBlockers();
 
@@ -122,6 +138,8 @@ class Advance {
   std::vector<VertexId> poor_;  ///< Front vertices with a triangle of low quality.
   std::vector<VertexId> disturbed_;
   std::pair<EdgeId, EdgeId> blockers_;
+  Error fill_error_;
+  std::optional<Error> misplaced_;
   Star star_;
 };
 

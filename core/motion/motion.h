@@ -52,7 +52,9 @@ enum class ImpossibleMotion {
 ///
 /// Vertices named by id go straight to their positions, and have exactly these at the end. If some
 /// that the loop put on a segment leave its line, those become given points: the boundary has
-/// corners there from then on. As long as a segment stays straight, up to rounding, its vertices
+/// corners there from then on. Those in the interior may be sent anywhere inside the domain as it
+/// is at the end, past others and across holes; boundaries, constrained edges and their vertices
+/// must not meet on their way. As long as a segment stays straight, up to rounding, its vertices
 /// stay what they are; like named vertices in the interior they arrive, and afterwards the loop may
 /// smooth or delete them. Vertices that are not named ride along with their segment. A point of
 /// several moved tags follows the first of them in the list; one that is

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <iomanip>
 #include <sstream>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -50,6 +51,10 @@ class Motion final : public MeshChange {
     report_.fraction = reached;
     report_.first_edge = first;
     report_.second_edge = second;
+    if (reached < limit && advance.Misplaced() &&
+        request_.on_impossible == ImpossibleMotion::kRefuse) {
+      return Misplaced(*advance.Misplaced());
+    }
     if (reached < limit) {
       report_.first_edge = advance.Blockers().first;
       report_.second_edge = advance.Blockers().second;
@@ -61,6 +66,31 @@ class Motion final : public MeshChange {
   [[nodiscard]] const MotionReport& report() const { return report_; }
 
  private:
+  /// @param why  has vertices for indices
+  [[nodiscard]] Error Misplaced(const Error& why) const {
+    const auto entry_of = [&](std::int64_t vertex) {
+      const auto& all = request_.vertices;
+      const auto at =
+          std::find(all.begin(), all.end(), VertexId(static_cast<std::int32_t>(vertex)));
+      return at == all.end() ? std::int64_t{-1} : std::int64_t{at - all.begin()};
+    };
+    std::int64_t vertex = why.index;
+    std::int64_t other = why.other_index;
+    if (entry_of(vertex) < 0) std::swap(vertex, other);
+    Error error{why.code, "", "motion.positions"};
+    error.index = entry_of(vertex);
+    std::string where = "outside of the domain";
+    if (why.code == ErrorCode::kPointOnSegment) where = "on a constrained edge";
+    if (why.code == ErrorCode::kDuplicatePoint) {
+      where = "where vertex " + std::to_string(other) + " comes to be";
+      error.other_index = entry_of(other);
+    }
+    error.message = "entry " + std::to_string(error.index) + " of motion.positions, for vertex " +
+                    std::to_string(vertex) + " in the interior, lies " + where +
+                    "; send positions inside the domain, no two alike, or ask to stop before that";
+    return error;
+  }
+
   [[nodiscard]] Error Refusal() const {
     std::ostringstream message;
     const bool edges_meet = report_.second_edge.valid();

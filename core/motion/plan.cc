@@ -160,6 +160,7 @@ Status MotionPlan::AddNamed(const Mesh& mesh) {
       named_.emplace(id.value(), Named{segment, id, positions[i]});
     } else if (!record.edge.valid() || !SameBits(record.position, positions[i])) {
       movers_.push_back({id, record.position, positions[i]});
+      names_inside_ = names_inside_ || !record.edge.valid();
     }
   }
   return {};

@@ -87,6 +87,8 @@ class MotionPlan {
   /// Pieces of equal time within which every path is straight, up to 0.1 % of its radius.
   [[nodiscard]] std::int32_t piece_count() const { return piece_count_; }
 
+  /// True if vertices in the interior are named.
+  [[nodiscard]] bool names_inside() const { return names_inside_; }
   [[nodiscard]] const MotionRequest& request() const { return request_; }
   [[nodiscard]] const StopSignal* stop() const { return stop_; }
 
@@ -136,6 +138,7 @@ class MotionPlan {
   std::vector<VertexId> cuts_;
   std::vector<std::int32_t> segments_;
   std::int32_t piece_count_ = 1;
+  bool names_inside_ = false;
   mutable std::array<MapsAt, 2> cached_;  ///< The last two times asked for, the last one first.
 };
 

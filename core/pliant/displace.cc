@@ -118,7 +118,7 @@ class Displacer {
     if (is_frozen) return false;
     const auto filled = RetriangulateCavity(
         edit_, cavity, [&](VertexId vertex) { return !IsDisplaceable(mesh_, vertex); }, overtaken_);
-    if (!filled) return false;
+    if (!filled.ok()) return false;
     displaced_.disturbed.insert(displaced_.disturbed.end(), filled->corners.begin(),
                                 filled->corners.end());
     displaced_.removed_count = std::ssize(filled->removed);

@@ -19,7 +19,8 @@ struct Request {
   Options options;
   MetricForm form = MetricForm::kAnalytic;
   GradationOptions limits;  ///< Not for MetricForm::kAnalytic.
-  std::string update;       ///< "", "disc", "tensors", "bump", "same", "front", "body", "domain".
+  /// "", "disc", "tensors", "bump", "same", "front", "body", "nodes" or "domain".
+  std::string update;
   std::int64_t changed = 1000;  ///< "bump": nodes under the bump.
   std::int64_t steps = 50;      ///< "front", "body": number of steps.
   double front_step = 0.02;     ///< "front": length of a step.

@@ -50,6 +50,9 @@ class Untouched {
 /// Case E, and case G in workload_update.cc.
 [[nodiscard]] Result<nlohmann::json> RunFront(Remesher& remesher, const Request& request);
 
+/// All nodes are moved.
+[[nodiscard]] Result<nlohmann::json> RunNodes(Remesher& remesher, const Request& request);
+
 /// The domain is replaced.
 [[nodiscard]] Result<nlohmann::json> RunDomain(Remesher& remesher, const Request& request);
 

@@ -57,7 +57,7 @@ int main(int argc, char** argv) {
   app.add_option("--rotation", request.limits.rotation, "limit of the metric; 0: none");
   app.add_option("--geometry", request.limits.geometry, "limit of the metric; 0: none");
   app.add_option("--update", request.update,
-                 "disc, tensors, bump, same, front, body or domain; default: only the build");
+                 "disc, tensors, bump, same, front, body, nodes or domain; default: build only");
   app.add_option("--changed", request.changed, "bump: nodes under it")
       ->check(CLI::Range(2, 1 << 30));
   app.add_option("--follow", request.follow, "body: nodes within so many lengths go with it");

@@ -106,6 +106,13 @@ class Updates(unittest.TestCase):
         self.assertEqual(same["tensors"]["changed_nodes"], 0)
         self.assertEqual(same["tensors"]["visits"], 0)
 
+    def test_nodes(self):
+        nodes = report("--case", "A", "--update", "nodes")["result"]["nodes"]
+        self.assertEqual(nodes["swirl"]["updates"], 2)
+        self.assertEqual(nodes["shake"]["updates"], 2)
+        self.assertEqual(nodes["sub_steps_per_step"], 1)
+        self.assertGreater(nodes["quality_last"]["q_mean"], 0.95)
+
     def test_domain(self):
         domain = report("--case", "F", "--update", "domain")["result"]["domain"]
         self.assertEqual(domain["open"]["updates"], 2)

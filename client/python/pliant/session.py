@@ -182,6 +182,13 @@ class Session:
             positions: (n, 2), row i for `mesh.vertex_ids[i]`; or (k, 2) with `vertex_ids`.
             vertex_ids: (k,) slots, none twice.
             stop_if_impossible, advance: as for `move_boundary`.
+
+        Those in the interior may be sent anywhere inside, past others and across holes.
+
+        Raises:
+            InvalidInput: as for `move_boundary`; and POINT_OUTSIDE_DOMAIN, POINT_ON_SEGMENT or
+                DUPLICATE_POINT (`index`: the row of `positions`) where a vertex in the interior
+                would lie outside, on a constrained edge, or where another one comes to be.
         """
         with self._lock:
             command = motion.nodes_command(self._seen_revision(), positions, vertex_ids,

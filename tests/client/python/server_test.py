@@ -363,5 +363,15 @@ def test_nodes_move_where_they_are_told_to(session):
     with pytest.raises(pliant.errors.InvalidInput) as refused:
         session.move_nodes([[0, 0], [1, np.nan]], vertex_ids=given)
     assert (refused.value.code, refused.value.index) == ("NOT_FINITE", 1)
+    mesh = session.mesh
+    inner = np.setdiff1d(np.arange(len(mesh.points)), mesh.edges)[:2]
+    for place, code in (([3, 0.5], "POINT_OUTSIDE_DOMAIN"),
+                        (mesh.points[inner[0]], "DUPLICATE_POINT")):
+        with pytest.raises(pliant.errors.InvalidInput) as refused:
+            session.move_nodes([mesh.points[inner[0]], place], vertex_ids=mesh.vertex_ids[inner])
+        assert refused.value.code == code
+        assert refused.value.field == "nodes.vertices.positions"
+        assert refused.value.index == (1 if code == "POINT_OUTSIDE_DOMAIN" else 0)
+        check_same(session.mesh, mesh)
     with pytest.raises(pliant.errors.InvalidInput):
         session.move_boundary()

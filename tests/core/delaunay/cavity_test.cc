@@ -32,7 +32,7 @@ TEST(Cavity, LosesItsFreeVertices) {
   auto grid = testing::ImportedMesh(testing::GridData(4, 4));
   const double area = Area(grid->mesh);
   const auto filled = RetriangulateCavity(grid->edit, StarOf(grid->mesh, VertexId(12)), KeepsNone);
-  ASSERT_TRUE(filled.has_value());
+  ASSERT_TRUE(filled.ok());
   EXPECT_EQ(filled->removed, std::vector<VertexId>{VertexId(12)});
   EXPECT_EQ(filled->corners.size(), 6U);
   EXPECT_EQ(Faults(grid->mesh), "");
@@ -67,7 +67,7 @@ TEST(Cavity, TakesVerticesOffWalls) {
       for (const TriangleId id : StarOf(mesh, vertex)) cavity.push_back(id);
     }
     const auto filled = RetriangulateCavity(made->edit, cavity, KeepsAll, leaving);
-    ASSERT_TRUE(filled.has_value());
+    ASSERT_TRUE(filled.ok());
     for (const VertexId vertex : leaving) EXPECT_FALSE(mesh.IsLive(vertex));
     EXPECT_TRUE(mesh.FindEdge(along[2], along[5]).valid());
     EXPECT_TRUE(mesh.FindEdge(along[5], along[7]).valid());
@@ -87,7 +87,7 @@ TEST(Cavity, RepairsInvertedTriangles) {
   ASSERT_NE(Faults(grid->mesh), "");
   const auto filled = RetriangulateCavity(grid->edit, cavity,
                                           [](VertexId vertex) { return vertex == VertexId(12); });
-  ASSERT_TRUE(filled.has_value());
+  ASSERT_TRUE(filled.ok());
   EXPECT_EQ(filled->removed.size(), 8U);
   EXPECT_TRUE(grid->mesh.IsLive(VertexId(12)));
   EXPECT_EQ(Faults(grid->mesh), "");
@@ -99,7 +99,7 @@ TEST(Cavity, IsLeftAloneIfItsRimCrossesItself) {
   auto same = testing::ImportedMesh(testing::GridData(4, 4));
   for (auto* one : {&grid, &same}) (*one)->edit.PlaceVertex(VertexId(11), {5, 2});
   EXPECT_FALSE(
-      RetriangulateCavity(grid->edit, StarOf(grid->mesh, VertexId(12)), KeepsNone).has_value());
+      RetriangulateCavity(grid->edit, StarOf(grid->mesh, VertexId(12)), KeepsNone).ok());
   EXPECT_EQ(testing::DifferenceOf(grid->mesh, same->mesh), "");
 }
 
@@ -118,7 +118,7 @@ TEST(Cavity, KeepsConstraintsRegionsAndHoles) {
   const auto lengths = testing::TagLengths(mesh->mesh);
   ASSERT_EQ(areas.size(), 2U);
   const auto filled = RetriangulateCavity(mesh->edit, testing::LiveTriangles(mesh->mesh), KeepsAll);
-  ASSERT_TRUE(filled.has_value());
+  ASSERT_TRUE(filled.ok());
   EXPECT_TRUE(filled->removed.empty());
   EXPECT_EQ(Faults(mesh->mesh), "");
   EXPECT_EQ(testing::RegionAreas(mesh->mesh), areas);

@@ -16,8 +16,9 @@ using testing::Faults;
 
 /// A grid of 8 x 8 cells with one vertex of its interior given a way to go.
 struct Board {
-  Board(VertexId vertex, Vec2 to) {
+  Board(VertexId vertex, Vec2 to, ImpossibleMotion on_impossible = ImpossibleMotion::kRefuse) {
     MotionRequest request;
+    request.on_impossible = on_impossible;
     request.vertices = {vertex};
     request.positions = {to};
     auto made = MotionPlan::Make(grid->mesh, request);
@@ -68,15 +69,27 @@ TEST(Advance, StopsAtItsLimit) {
   EXPECT_EQ(board.grid->mesh.position(VertexId(40)), (Vec2{4.5, 4}));
 }
 
-// Out of the domain it cannot go: the mesh stays valid, and the blocker is the wall it met.
-TEST(Advance, GoesAsFarAsItCan) {
+// Out of the domain it cannot go, and whoever wants to know before anything else is told.
+TEST(Advance, NamesWhoWouldBeOutside) {
   Board board(VertexId(40), {12, 4});
+  Advance advance(board.grid->edit, *board.plan);
+  EXPECT_EQ(advance.RunTo(1), 0);
+  ASSERT_TRUE(advance.Misplaced().has_value());
+  EXPECT_EQ(advance.Misplaced()->code, ErrorCode::kPointOutsideDomain);
+  EXPECT_EQ(advance.Misplaced()->index, 40);
+  EXPECT_EQ(Faults(board.grid->mesh), "");
+}
+
+// Else the mesh stays valid, and the vertex stops just before the wall.
+TEST(Advance, GoesAsFarAsItCan) {
+  Board board(VertexId(40), {12, 4}, ImpossibleMotion::kStop);
   Advance advance(board.grid->edit, *board.plan);
   const double reached = advance.RunTo(1);
   EXPECT_LT(reached, 0.5);
-  EXPECT_GT(reached, 0.499);
+  EXPECT_GT(reached, 0.498);
   EXPECT_LT(board.grid->mesh.position(VertexId(40)).x, 8);
   EXPECT_EQ(Faults(board.grid->mesh), "");
+  EXPECT_TRUE(advance.Misplaced().has_value());
   ASSERT_TRUE(advance.Blockers().first.valid());
   const EdgeRecord& wall = board.grid->mesh.edge(advance.Blockers().first);
   for (const VertexId end : wall.vertices) EXPECT_EQ(board.grid->mesh.position(end).x, 8);
