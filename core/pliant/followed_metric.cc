@@ -34,7 +34,8 @@ std::vector<VertexId> LiveVertices(const Mesh& mesh) {
 }
 
 std::optional<FollowedMetric::Way> FollowedMetric::WayBack() const {
-  if (!limits_.as_committed() || limits_.on() != state_.limits.any()) return std::nullopt;
+  const bool lays = state_.limits.any() && !state_.limits_due;
+  if (!limits_.as_committed() || limits_.on() != lays) return std::nullopt;
   return Way{state_, field_, base_};
 }
 
@@ -77,6 +78,7 @@ void FollowedMetric::TakeLimits(const MetricLimits& limits) {
   state_.bounds = limits.bounds;
   // What was needed once holds on: limits that come and go with every metric help nobody.
   state_.usual_hold = state_.usual_hold && limits.gradation.awaits_need();
+  state_.limits_due = false;
   state_.limits = state_.usual_hold ? limits.gradation.WithUsual() : limits.gradation;
 }
 
@@ -107,7 +109,7 @@ Result<WantedTensors> FollowedMetric::SetField(std::shared_ptr<MetricField> fiel
   std::vector<std::size_t> others;
   StopPoll stopped(stop);
   if (limits_.on() && old_limits == state_.limits) {
-    limits_.Follow(*base_, *state_.source);
+    PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *state_.source, stop));
     for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
       if (stopped()) return Stopped();
       if (limits_.Raw(raw.vertices[i]) != raw.tensors[i]) others.push_back(i);
@@ -126,7 +128,7 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
                                                  const StopSignal* stop) {
   const bool has_raw = limits_.on() && committed();
   StopPoll stopped(stop);
-  if (has_raw) limits_.Follow(*base_, *RawField());
+  if (has_raw) PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField(), stop));
   std::vector<Metric> bounded;
   bounded.reserve(tensors.size());
   bool same = true;
@@ -183,7 +185,7 @@ Result<WantedTensors> FollowedMetric::RawNow(const StopSignal* stop) {
   if (!committed()) return Evaluate(*state_.source, stop);
   WantedTensors raw{LiveVertices(mesh_), {}};
   raw.tensors.reserve(raw.vertices.size());
-  if (limits_.on()) limits_.Follow(*base_, *RawField());
+  if (limits_.on()) PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField(), stop));
   StopPoll stopped(stop);
   for (const VertexId vertex : raw.vertices) {
     if (stopped()) return Stopped();
@@ -196,7 +198,7 @@ Result<WantedTensors> FollowedMetric::Carry(std::span<const VertexId> vertices,
                                             std::span<const Metric> tensors) {
   WantedTensors given{{vertices.begin(), vertices.end()}, {tensors.begin(), tensors.end()}};
   if (limits_.on() && committed()) {
-    limits_.Follow(*base_, *RawField());
+    PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField()));
     return LimitTensors(vertices, given.tensors, nullptr);
   }
   PLIANT_CHECK(FollowTensors(std::move(given), nullptr).ok());
@@ -319,13 +321,27 @@ std::unique_ptr<BackgroundField> FollowedMetric::CopyOf(std::span<const Metric> 
   return copy;
 }
 
-Result<WantedTensors> FollowedMetric::Limit() {
+Result<WantedTensors> FollowedMetric::Limit(const StopSignal* stop) {
   --state_.limit_rounds_left;
   const bool follows = limits_.on() && limits_.options() == state_.limits;
-  if (!follows || !committed()) return LimitAnew();
-  limits_.Follow(*base_, *RawField());
+  if (!follows || !committed()) return LimitAnew(stop);
+  PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField(), stop));
   PLIANT_RETURN_IF_ERROR(status());
-  return LayLimits(nullptr);
+  return LayLimits(stop);
+}
+
+void FollowedMetric::PutLimitsOff() {
+  PLIANT_CHECK(may_put_limits_off());
+  limits_.TurnOff();
+  state_.limits_due = true;
+}
+
+Result<WantedTensors> FollowedMetric::LayDueLimits(const StopSignal* stop) {
+  PLIANT_CHECK(limits_due());
+  state_.limits_due = false;
+  Result<WantedTensors> wanted = LimitAnew(stop);
+  if (!wanted.ok()) PutLimitsOff();
+  return wanted;
 }
 
 void FollowedMetric::HoldUsualLimits() {
@@ -336,14 +352,14 @@ void FollowedMetric::HoldUsualLimits() {
 }
 
 /// Lays limits on the whole mesh.
-Result<WantedTensors> FollowedMetric::LimitAnew() {
-  PLIANT_RETURN_IF_ERROR(LoadLimits());
-  return LayLimits(nullptr);
+Result<WantedTensors> FollowedMetric::LimitAnew(const StopSignal* stop) {
+  PLIANT_RETURN_IF_ERROR(LoadLimits(stop));
+  return LayLimits(stop);
 }
 
-Status FollowedMetric::LoadLimits() {
-  PLIANT_ASSIGN_OR_RETURN(const WantedTensors raw, Evaluate(*RawField()));
-  return limits_.Load(state_.limits, raw.vertices, raw.tensors);
+Status FollowedMetric::LoadLimits(const StopSignal* stop) {
+  PLIANT_ASSIGN_OR_RETURN(const WantedTensors raw, Evaluate(*RawField(), stop));
+  return limits_.Load(state_.limits, raw.vertices, raw.tensors, stop);
 }
 
 /// Lays the limits that the limiter has been told of.
@@ -361,12 +377,12 @@ Result<WantedTensors> FollowedMetric::LayLimits(const StopSignal* stop) {
 }
 
 Result<WantedTensors> FollowedMetric::Settle() {
-  if (!state_.limits.any()) return WantedTensors{};
+  if (!state_.limits.any() || state_.limits_due) return WantedTensors{};
   if (committed()) {
-    limits_.Follow(*base_, *RawField());
+    PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField()));
     PLIANT_RETURN_IF_ERROR(status());
   } else {
-    PLIANT_RETURN_IF_ERROR(LoadLimits());
+    PLIANT_RETURN_IF_ERROR(LoadLimits(nullptr));
   }
   return limits_.Update();
 }
@@ -409,7 +425,7 @@ RawTensors FollowedMetric::GoTo(const State& state, const RawTensors& raw,
                                 std::span<const VertexId> touched) {
   const bool follows = limits_.on() && state.limits == state_.limits && !raw.all;
   state_ = state;
-  if (!state_.limits.any()) {
+  if (!state_.limits.any() || state_.limits_due) {
     limits_.TurnOff();
   } else {
     if (follows) {

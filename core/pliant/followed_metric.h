@@ -46,6 +46,8 @@ class FollowedMetric {
     GradationOptions limits;
     bool usual_hold = false;  ///< The usual ones among them, because they were needed.
     int limit_rounds_left = 0;
+    /// The limits have been put off: vertices have tensors that were laid on another mesh.
+    bool limits_due = false;
   };
 
   /// What is followed, to come back to it.
@@ -130,8 +132,22 @@ class FollowedMetric {
                                             std::span<const Metric> tensors);
 
   /// Limits the raw metric over the edges of the mesh as it is and follows the result.
+  /// @param stop  null: nobody; else kCancelled if it asks to, and PutLimitsOff must follow
   /// @pre limits_again() @par Cost O(changed since the last time); before the first commit O(mesh)
-  [[nodiscard]] Result<WantedTensors> Limit();
+  [[nodiscard]] Result<WantedTensors> Limit(const StopSignal* stop = nullptr);
+
+  /// True where limits that hold can be put off: until LayDueLimits vertices keep what they have.
+  /// What was sent is known everywhere only if it is a field of its own.
+  [[nodiscard]] bool may_put_limits_off() const {
+    return state_.limits.any() && state_.source != nullptr;
+  }
+  /// Forgets what limits have made of the metric. @pre may_put_limits_off()
+  void PutLimitsOff();
+  [[nodiscard]] bool limits_due() const { return state_.limits_due; }
+  /// Lays the limits on the mesh as it is, as in an update. @pre limits_due()
+  /// @param stop  null: nobody; else kCancelled if it asks to, and they are due as before
+  /// @par Cost O(mesh)
+  [[nodiscard]] Result<WantedTensors> LayDueLimits(const StopSignal* stop);
 
   /// True while it is open whether the metric needs the usual limits.
   [[nodiscard]] bool awaits_need() const { return state_.limits.awaits_need(); }
@@ -189,7 +205,8 @@ class FollowedMetric {
   [[nodiscard]] bool committed() const { return edit_.committed() != Revision::kNone; }
   /// True if the loop sees what was sent: also where limits are laid but change nothing.
   [[nodiscard]] bool as_sent() const {
-    return state_.source != nullptr && !(limits_.on() && limits_.limits_anything());
+    return state_.source != nullptr && !state_.limits_due &&
+           !(limits_.on() && limits_.limits_anything());
   }
   void Take(std::shared_ptr<MetricField> field, const MetricSpec* spec);
   void TakeLimits(const MetricLimits& limits);
@@ -198,8 +215,8 @@ class FollowedMetric {
   [[nodiscard]] Result<WantedTensors> LimitTensors(std::span<const VertexId> vertices,
                                                    const std::vector<Metric>& tensors,
                                                    const StopSignal* stop);
-  [[nodiscard]] Status LoadLimits();
-  [[nodiscard]] Result<WantedTensors> LimitAnew();
+  [[nodiscard]] Status LoadLimits(const StopSignal* stop);
+  [[nodiscard]] Result<WantedTensors> LimitAnew(const StopSignal* stop);
   [[nodiscard]] Result<WantedTensors> LayLimits(const StopSignal* stop);
   [[nodiscard]] bool WantsCopy(const WantedTensors& others) const;
   Status FollowMesh(const WantedTensors& others, const StopSignal* stop);

@@ -152,13 +152,15 @@ std::shared_ptr<const MetricField> MeshLimits::RawField(std::shared_ptr<FrozenMe
   return std::make_shared<RawNodalField>(std::move(base), limiter_);
 }
 
-void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
+Status MeshLimits::Follow(FrozenMesh& base, const MetricField& raw, const StopSignal* stop) {
   base.CatchUp();
+  StopPoll stopped(stop);
   // Raw tensors are read before any is written.
   WantedTensors moved;
   std::vector<VertexId> capped;
   std::vector<VertexId> gone;
   for (const auto& [slot, old] : base.vertices()) {
+    if (stopped()) return Stopped();
     const VertexId vertex(slot);
     if (!mesh_.IsLive(vertex)) {
       if (old.live) gone.push_back(vertex);
@@ -175,9 +177,11 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
   for (const VertexId vertex : gone) limiter_->Remove(vertex.value());
   RenewSegments();
   for (std::size_t i = 0; i < moved.vertices.size(); ++i) {
+    if (stopped()) return Stopped();
     SetRaw(moved.vertices[i], moved.tensors[i]);
   }
   for (const auto& [slot, old] : base.triangles()) {
+    if (stopped()) return Stopped();
     const TriangleId id(slot);
     const bool is_live = slot < mesh_.triangle_slots() && mesh_.triangle(id).live;
     if (is_live && old.live && old.vertices == mesh_.triangle(id).vertices) continue;
@@ -192,6 +196,7 @@ void MeshLimits::Follow(FrozenMesh& base, const MetricField& raw) {
     if (is_live) touch(mesh_.triangle(id).vertices);
   }
   RenewCaps(std::move(capped));
+  return {};
 }
 
 Result<WantedTensors> MeshLimits::Update(const StopSignal* stop) {

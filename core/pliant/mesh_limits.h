@@ -76,11 +76,12 @@ class MeshLimits {
 
   /// Takes note of what has become of the mesh since it was `base`. Vertices that moved or are new
   /// want the tensor that `raw` has where they are now. Takes effect with Update.
+  /// @param stop  null: nobody; else kCancelled if it asks to, and Rollback or TurnOff must follow
   /// @par Cost O(changed)
-  void Follow(FrozenMesh& base, const MetricField& raw);
+  Status Follow(FrozenMesh& base, const MetricField& raw, const StopSignal* stop = nullptr);
 
   /// Lays the limits on the mesh as it is now.
-  /// @param stop  null: nobody; else kCancelled if it asks to, and Rollback must follow
+  /// @param stop  null: nobody; else kCancelled if it asks to, and Rollback or TurnOff must follow
   /// @return the vertices whose limited tensors may be others than before.
   /// @par Cost O(changed log changed)
   Result<WantedTensors> Update(const StopSignal* stop = nullptr);

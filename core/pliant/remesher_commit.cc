@@ -19,6 +19,9 @@ namespace {
 /// The first build of so many vertices leaves megabytes that it no longer needs.
 constexpr std::int32_t kLargeBuild = 1 << 16;
 
+/// From so many changed vertices on an update that was stopped puts limits off.
+constexpr std::size_t kPutOffFrom = StopPoll::kPeriod;
+
 Error NoRevision() {
   return {ErrorCode::kRevisionNotFound, "the session has no revision yet; commit one first",
           "revision"};
@@ -62,7 +65,9 @@ MeshDiff Remesher::Impl::CommitMesh() {
   if (revision_ == Revision::kNone && numbering_ == Numbering::kClosesGaps) {
     loop_.Renumber(edit_.Compact(helpers_.executor()));
   }
+  if (PutsLimitsOff()) followed_.PutLimitsOff();
   SettleMetric();
+  was_stopped_ = false;
   previous_revision_ = revision_;
   revision_ = Revision(static_cast<std::int64_t>(revision_) + 1);
   MeshDiff diff = edit_.Commit(revision_, helpers_.executor());
@@ -76,6 +81,16 @@ MeshDiff Remesher::Impl::CommitMesh() {
     ReturnFreedMemory();
   }
   return diff;
+}
+
+/// Who stopped an update waits for its commit, and limits on a mesh that is another one take longer
+/// than that may.
+bool Remesher::Impl::PutsLimitsOff() const {
+  const std::size_t changed = revision_ == Revision::kNone
+                                  ? static_cast<std::size_t>(mesh_.vertex_count())
+                                  : edit_.log().vertices.ids().size();
+  return was_stopped_ && followed_.may_put_limits_off() && !followed_.limits_due() &&
+         changed >= kPutOffFrom;
 }
 
 /// The limits on the mesh that is about to be committed. Nobody wakes for them any more.

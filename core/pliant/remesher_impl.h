@@ -87,6 +87,8 @@ class Remesher::Impl {
     kBeforeChanges,  ///< Until it changes the mesh.
     kToTheEnd,       ///< To its end: who called it goes back to the commit.
   };
+  /// Whether vertices are carried along where a metric at rest has moved.
+  enum class Carries { kFronts, kNobody };
   enum class Fate { kKept, kUndone };
   /// Carries a change out, and undoes it if something is wrong with it or it is to be undone.
   Result<MeshChange::Outcome> Try(MeshChange& change, Fate fate);
@@ -96,7 +98,9 @@ class Remesher::Impl {
   void GoOnAsCommitted();
   void LeaveNestedBuild();
   Status LetMetricFollow();
-  Status LimitAgain();
+  Result<StopReason> RunToRest(Budget budget);
+  Status LimitAgain(const StopSignal* stop);
+  Status LayDueLimits(const StopSignal* stop);
   [[nodiscard]] bool NeedsLimits();
   [[nodiscard]] TroubleContext ContextOfTroubles() const;
   Status FollowTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
@@ -104,13 +108,15 @@ class Remesher::Impl {
   [[nodiscard]] const StopSignal* StopOfWhole() const;
   Status ApplyOrGoBack(Result<WantedTensors> wanted, const StopSignal* stop,
                        std::optional<FollowedMetric::Way> way);
-  Status Apply(WantedTensors wanted, const StopSignal* stop, Asks asks = Asks::kBeforeChanges);
+  Status Apply(WantedTensors wanted, const StopSignal* stop, Asks asks = Asks::kBeforeChanges,
+               Carries carries = Carries::kFronts);
   [[nodiscard]] bool nothing_staged() const;
   void GoBackToCommit();
   Status FollowChange(MeshChange::Outcome outcome, const StopSignal* stop);
   void ChangeInBulk();
 
   MeshDiff CommitMesh();
+  [[nodiscard]] bool PutsLimitsOff() const;
   void SettleMetric();
   void RestoreFields();
   [[nodiscard]] FieldChanges AllFields(const SharedFields& before) const;
@@ -127,6 +133,7 @@ class Remesher::Impl {
   FieldSet fields_;
   std::optional<FrozenElements> frozen_;  // Absent: to be looked up in the mesh.
   bool domain_replaced_ = false;          // Since the last commit.
+  bool was_stopped_ = false;              // The last step, by a stop signal.
   std::vector<VertexId> carriers_;        // Their tensors are not in the followed field yet.
   std::vector<VertexId> rewoken_;         // Whose tensors have changed since the last step.
   std::optional<NestedBuild> nested_;     // While the first mesh is built from coarse to fine.

@@ -20,6 +20,12 @@ constexpr std::size_t kBulkNodesMax = std::size_t{1} << 16;
 /// makes no good edge so long or so short that it is halved, or its ends thinned out.
 constexpr double kBulkChangeMin = 0.25;
 
+/// A cancel is a reason to stop; other errors are errors.
+Result<StopReason> StoppedBy(const Error& error) {
+  if (error.code == ErrorCode::kCancelled) return StopReason::kCancelled;
+  return error;
+}
+
 bool Ended(StopReason reason) {
   return reason == StopReason::kConverged || reason == StopReason::kVertexLimit;
 }
@@ -78,6 +84,7 @@ Status Remesher::Impl::SetLimits(const MetricLimits& limits) {
 /// Tensors at these vertices. @param limits  null: those that hold
 Status Remesher::Impl::FollowTensors(std::span<const VertexId> vertices,
                                      std::span<const Metric> tensors, const MetricLimits* limits) {
+  PLIANT_RETURN_IF_ERROR(LayDueLimits(stop_));
   const StopSignal* const stop = StopOfWhole();
   LeaveNestedBuild();
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
@@ -133,6 +140,7 @@ Status Remesher::Impl::Change(MeshChange& change) {
                  "it be linear or bounded, or drop it, in an advance before this one",
                  "domain"};
   }
+  PLIANT_RETURN_IF_ERROR(LayDueLimits(stop_));
   // What is done before a change is carried out cannot be taken back.
   const StopSignal* const stop = StopOfWhole();
   const bool may_go_back = stop != nullptr && nothing_staged();
@@ -245,34 +253,10 @@ void Remesher::Impl::UseOptions(const Options& options) {
 Result<Progress> Remesher::Impl::Step(Budget budget) {
   PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   Progress progress;
-  for (;;) {
-    ChangeInBulk();
-    const std::int64_t visits_before = loop_.counts().visits;
-    progress.stop_reason =
-        nested_ ? nested_->Run(budget, helpers_) : loop_.Run(followed_.field(), budget);
-    PLIANT_RETURN_IF_ERROR(followed_.status());
-    budget.visits_max -= loop_.counts().visits - visits_before;
-    if (!Ended(progress.stop_reason)) break;
-    if (nested_ && nested_->levels_left() > 0) {
-      if (nested_->NextLevel(helpers_, budget.stop)) continue;
-      progress.stop_reason = StopReason::kCancelled;
-      break;
-    }
-    nested_.reset();
-    PLIANT_RETURN_IF_ERROR(LimitAgain());
-    if (loop_.active_count() > 0) continue;
-    StoppableExecutor executor(helpers_.executor(), budget.stop);
-    if (!loop_.Mend(executor)) {
-      if (!NeedsLimits() || progress.stop_reason != StopReason::kConverged) break;
-      followed_.HoldUsualLimits();
-      continue;
-    }
-    if (!executor.stopped()) continue;
-    progress.stop_reason = StopReason::kCancelled;
-    break;
-  }
+  PLIANT_ASSIGN_OR_RETURN(progress.stop_reason, RunToRest(budget));
+  was_stopped_ = progress.stop_reason == StopReason::kCancelled;
   progress.active_count = nested_ ? nested_->active_count() : loop_.active_count();
-  if (progress.stop_reason == StopReason::kCancelled) {
+  if (was_stopped_) {
     // What the loop leaves bad may not have been looked for yet: the update is not at rest.
     progress.active_count = std::max<std::int64_t>(1, progress.active_count);
   }
@@ -281,6 +265,35 @@ Result<Progress> Remesher::Impl::Step(Budget budget) {
   // The first commit closes gaps in the numbering.
   if (revision_ == Revision::kNone) progress.metric.worst = VertexId();
   return progress;
+}
+
+Result<StopReason> Remesher::Impl::RunToRest(Budget budget) {
+  const Status laid = LayDueLimits(budget.stop);
+  if (!laid.ok()) return StoppedBy(laid.error());
+  for (;;) {
+    ChangeInBulk();
+    const std::int64_t visits_before = loop_.counts().visits;
+    const StopReason reason =
+        nested_ ? nested_->Run(budget, helpers_) : loop_.Run(followed_.field(), budget);
+    PLIANT_RETURN_IF_ERROR(followed_.status());
+    budget.visits_max -= loop_.counts().visits - visits_before;
+    if (!Ended(reason)) return reason;
+    if (nested_ && nested_->levels_left() > 0) {
+      if (nested_->NextLevel(helpers_, budget.stop)) continue;
+      return StopReason::kCancelled;
+    }
+    nested_.reset();
+    const Status limited = LimitAgain(budget.stop);
+    if (!limited.ok()) return StoppedBy(limited.error());
+    if (loop_.active_count() > 0) continue;
+    StoppableExecutor executor(helpers_.executor(), budget.stop);
+    if (!loop_.Mend(executor)) {
+      if (!NeedsLimits() || reason != StopReason::kConverged) return reason;
+      followed_.HoldUsualLimits();
+      continue;
+    }
+    if (executor.stopped()) return StopReason::kCancelled;
+  }
 }
 
 /// Not before a step: until then a request may name vertices of the last revision, and all of them.
@@ -331,10 +344,26 @@ Status Remesher::Impl::LetMetricFollow() {
 /// The loop has come to rest. Limits the metric on the mesh that it made, as often as that wakes
 /// nodes and rounds are left. Nodes that the metric of before kept busy until they were old get
 /// their visits back: it is another metric now.
-Status Remesher::Impl::LimitAgain() {
+/// @param stop  null: nobody; else kCancelled if it asks to, and limits are due
+Status Remesher::Impl::LimitAgain(const StopSignal* stop) {
   if (!followed_.limits_again()) return {};
-  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.Limit());
-  PLIANT_RETURN_IF_ERROR(Apply(std::move(wanted), nullptr));
+  const bool may_put_off = followed_.may_put_limits_off();
+  Result<WantedTensors> wanted = followed_.Limit(may_put_off ? stop : nullptr);
+  if (!wanted.ok()) {
+    if (wanted.error().code == ErrorCode::kCancelled) followed_.PutLimitsOff();
+    return wanted.error();
+  }
+  PLIANT_RETURN_IF_ERROR(Apply(*std::move(wanted), nullptr));
+  if (loop_.active_count() == 0) followed_.EndRounds();
+  return {};
+}
+
+/// Lays the limits that a commit put off. @param stop  null: nobody; else kCancelled if it asks to,
+/// and nothing has happened
+Status Remesher::Impl::LayDueLimits(const StopSignal* stop) {
+  if (!followed_.limits_due()) return {};
+  PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, followed_.LayDueLimits(stop));
+  PLIANT_RETURN_IF_ERROR(Apply(std::move(wanted), nullptr, Asks::kBeforeChanges, Carries::kNobody));
   if (loop_.active_count() == 0) followed_.EndRounds();
   return {};
 }
@@ -351,11 +380,12 @@ bool Remesher::Impl::NeedsLimits() {
 /// Takes over tensors that differ by more than the tolerance, and wakes their nodes. Smaller
 /// changes leave the old tensor in place, so that many of them add up and are seen at last.
 /// @param stop  null: nobody; else kCancelled if it asks to
-Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop, Asks asks) {
+Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop, Asks asks,
+                             Carries carries) {
   std::vector<VertexId> disturbed;
   std::int64_t carried_count = 0;
   // Only a mesh at rest, at the beginning of an update: later there is nothing left to carry.
-  if (edit_.committed() != Revision::kNone && edit_.log().empty() &&
+  if (carries == Carries::kFronts && edit_.committed() != Revision::kNone && edit_.log().empty() &&
       options_.variant != Variant::kPaper && options_.permissions == Permissions{}) {
     auto carried = CarryAlong(edit_, followed_.field(), std::move(wanted),
                               {.tolerance = options_.metric_tolerance,

@@ -15,6 +15,10 @@
 namespace pliant {
 namespace {
 
+/// Bits of a metric state. Part of the format: add, never renumber.
+constexpr std::uint8_t kUsualHold = 1;
+constexpr std::uint8_t kLimitsDue = 2;
+
 constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 4};  // "PLRD"
 constexpr char kDeltaName[] = "revision record";
 
@@ -106,7 +110,8 @@ Status WriteMetricState(const FollowedMetric::State& state, const FollowedMetric
   PutSpec(state.spec ? &*state.spec : nullptr, writer);
   PutBounds(state.bounds, writer);
   PutGradation(state.limits, writer);
-  writer.Put(static_cast<std::uint8_t>(state.usual_hold ? 1 : 0));
+  writer.Put(static_cast<std::uint8_t>((state.usual_hold ? kUsualHold : 0) |
+                                       (state.limits_due ? kLimitsDue : 0)));
   writer.Put(static_cast<std::int32_t>(state.limit_rounds_left));
   return {};
 }
@@ -130,7 +135,11 @@ FollowedMetric::State ReadMetricState(ByteReader& reader, const FollowedMetric::
   state.bounds = TakeBounds(reader);
   state.limits = TakeGradation(reader);
   if (!FollowedMetric::Check(MetricLimits{state.bounds, state.limits}).ok()) reader.Fail();
-  state.usual_hold = reader.Take<std::uint8_t>() != 0;
+  const auto flags = reader.Take<std::uint8_t>();
+  if (flags > (kUsualHold | kLimitsDue)) reader.Fail();
+  state.usual_hold = (flags & kUsualHold) != 0;
+  state.limits_due = (flags & kLimitsDue) != 0;
+  if (state.limits_due && (state.source == nullptr || !state.limits.any())) reader.Fail();
   state.limit_rounds_left = reader.Take<std::int32_t>();
   if (state.limit_rounds_left < 0 || state.limit_rounds_left > 100) reader.Fail();
   return state;

@@ -69,7 +69,7 @@ class LimitedMesh {
     // Tensors that were sent move with the mesh, or come from the formula where it is.
     const std::shared_ptr<const MetricField> sent = limits_.RawField(base_);
     const FunctionField formula(Formula);
-    limits_.Follow(*base_, rng().Below(2) == 0 ? *sent : formula);
+    EXPECT_TRUE(limits_.Follow(*base_, rng().Below(2) == 0 ? *sent : formula).ok());
     const std::vector<VertexId> live = testing::LiveVertices(mesh());
     for (std::uint64_t i = 0; i < tensors; ++i) {
       limits_.SetRaw(live[rng().Below(live.size())], RandomTensor(rng()));
@@ -239,7 +239,7 @@ TEST(MeshLimits, LimitTheSizeAtShortSegments) {
   (void)limits.Commit();
   FrozenMesh base(made->edit);
   made->edit.MoveVertex(VertexId(2), {1, 0.5});
-  limits.Follow(base, FunctionField([](Vec2) { return Metric::Isotropic(0.5); }));
+  EXPECT_TRUE(limits.Follow(base, FunctionField([](Vec2) { return Metric::Isotropic(0.5); })).ok());
   (void)limits.Update();
   EXPECT_EQ(limits.report().geometry_count, 0);
   EXPECT_EQ(limits.Limited(VertexId(1)), Metric::Isotropic(0.5)) << "the far end of the segment";
@@ -265,7 +265,7 @@ TEST(MeshLimits, ForgetShortSegmentsAtVerticesThatAreGivenNoMore) {
   for (const std::int32_t v : {1, 2}) {
     FrozenMesh base(made->edit);
     made->edit.Unfix(VertexId(v));
-    limits.Follow(base, wanted);
+    EXPECT_TRUE(limits.Follow(base, wanted).ok());
     (void)limits.Update();
     EXPECT_EQ(limits.report().geometry_count, 2 - v);
   }
@@ -300,7 +300,7 @@ TEST(MeshLimits, LimitTheSizeInGaps) {
   FrozenMesh base(made->edit);
   made->edit.MoveVertex(VertexId(0), {0, -5});
   made->edit.MoveVertex(VertexId(1), {1, -5});
-  limits.Follow(base, FunctionField([](Vec2) { return Metric::Isotropic(0.1); }));
+  EXPECT_TRUE(limits.Follow(base, FunctionField([](Vec2) { return Metric::Isotropic(0.1); })).ok());
   (void)limits.Update();
   EXPECT_EQ(limits.report().geometry_count, 0);
   EXPECT_EQ(limits.Limited(VertexId(4)), Metric::Isotropic(0.1));
