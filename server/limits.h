@@ -40,8 +40,9 @@ inline constexpr std::size_t kCallsMax = 16;
 /// client has at most kInboxCommandsMax unanswered, so this covers many reconnections.
 inline constexpr std::size_t kUpdateResultsMax = 1024;
 /// Greatest number of an update. Numbers only grow: who takes the last that there is ends a
-/// session's updates for good, and a slip such as the greatest 64-bit integer must not. Points in
-/// time in nanoseconds fit, until the year 2116.
+/// session's updates for good, and a slip such as the greatest 64-bit integer must not. So a number
+/// may take at most half of those that are left (UpdateResults::CheckNew). Points in time in
+/// nanoseconds fit, until the year 2043.
 inline constexpr std::int64_t kUpdateIdMax = std::int64_t{1} << 62;
 /// Cancelled updates that a session remembers until they begin, those that begin first: more than
 /// may wait in a stream, and a client that names numbers at random fills no memory.

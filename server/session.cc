@@ -319,6 +319,7 @@ void Session::HandleOpen(const std::shared_ptr<Editor>& editor, const OpenComman
                             .staged_count = engine_->staged_count()};
   Tell(editor, std::move(opened));
   if (mirror_ == Mirror::kFull) SendMissed(editor, open.mirror_revision);
+  opened_ = editor;
   WhenDurable([editor](const Status&) { editor->CommandDone(); });
 }
 
@@ -356,7 +357,7 @@ bool Session::ServeFollowers(Clock::Time slice_end) {
 
 void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command) {
   const std::int64_t id = command.update_id;
-  if (id <= results_.last_update_id()) {
+  if (id <= results_.last_update_id() || !results_.CheckNew(id).ok()) {
     AnswerAgain(editor, command);
     return;
   }
@@ -377,8 +378,8 @@ void Session::HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCo
   }
 }
 
-// An update whose number was used: its first answer, unless that was to another one. One that is
-// refused here counts like any other refused one, so that nobody commits half of a step.
+// An update whose number was used, or is too great: its first answer, or a refusal, which counts as
+// any other does, so that nobody commits half of a step.
 void Session::AnswerAgain(const std::shared_ptr<Editor>& editor, const UpdateCommand& command) {
   const bool advances = std::holds_alternative<AdvanceSpec>(command.body);
   Result<SessionEvent> first = results_.Repeat(command.update_id, command.fingerprint);
@@ -395,11 +396,11 @@ void Session::AnswerAgain(const std::shared_ptr<Editor>& editor, const UpdateCom
     engine_->Taint();
     RecordAnswer(nullptr, StageEffect::kTainted);
   }
-  // With its advance the whole step is refused, and what follows is another one.
-  if (!first.ok() && advances && engine_->tainted() && engine_->Discard().ok()) {
+  // With its advance the whole step is refused, unless another stream's editor is to hear that.
+  if (!first.ok() && advances && step_refused_ && engine_->Discard().ok()) {
     RecordAnswer(nullptr, StageEffect::kEmptied);
   }
-  if (advances) step_refused_ = false;
+  step_refused_ = step_refused_ && !advances;
   Tell(editor, std::move(answer));
   WhenDurable([editor](const Status&) { editor->CommandDone(); });
 }

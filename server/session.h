@@ -172,7 +172,8 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     std::uint64_t state_hash = 0;
   };
   /// Goes back to a revision that is kept, under a new number; editor and subscribers get the diff.
-  /// A repeated update_id goes back once. Errors: kProtocolOrder, kRevisionNotFound.
+  /// A repeated update_id goes back once. Errors: kProtocolOrder, kRevisionNotFound,
+  /// kResourceExhausted while the editor does not read.
   /// @param update  as that of a RollbackUpdate that says the same
   Result<RolledBack> RollbackTo(Revision to_revision, std::int64_t update_id,
                                 const Fingerprint& update);
@@ -318,6 +319,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   std::int64_t applied_update_id_ = 0;
   std::int64_t active_count_ = 0;
   Mirror mirror_ = Mirror::kFull;
+  std::weak_ptr<Editor> opened_;        // Who has been told where the session is, and hears news.
   bool editor_wants_transfer_ = false;  // The last one: it may come back for what it missed.
   std::optional<RunningAdvance> advance_;
   // What is being handled, so that a bug in it is answered too.

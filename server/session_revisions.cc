@@ -57,6 +57,16 @@ Result<Session::RolledBack> Session::RollbackTo(Revision to_revision, std::int64
     if (const auto* rejected = std::get_if<RejectedEvent>(&first.body)) return rejected->error;
     return RolledBack{first.revision, std::get<AdvancedEvent>(first.body).summary.state_hash};
   }
+  PLIANT_RETURN_IF_ERROR(results_.CheckNew(update_id));
+  // Not one that has just come: it hears first where the session is, and then all that follows.
+  const std::shared_ptr<Editor> editor = CurrentEditor();
+  const bool tells = editor != nullptr && editor == opened_.lock() && mirror_ == Mirror::kFull;
+  if (tells && !editor->HasRoom()) {
+    return Error{.code = ErrorCode::kResourceExhausted,
+                 .message = "the editor of session " + session_id_ +
+                            " has not read yet what it was sent; try again when it has",
+                 .retry_after_ms = kCallRetryMs};
+  }
   const Revision base = revision_;
   PLIANT_ASSIGN_OR_RETURN(const std::shared_ptr<const MeshDiff> diff,
                           GoBack(to_revision, update_id));
@@ -65,8 +75,7 @@ Result<Session::RolledBack> Session::RollbackTo(Revision to_revision, std::int64
   results_.Add({advanced, update_});
   RecordAnswer(&advanced, StageEffect::kNone);
   PublishInfo();
-  if (const std::shared_ptr<Editor> editor = CurrentEditor();
-      editor != nullptr && mirror_ == Mirror::kFull) {
+  if (tells) {
     SessionEvent event = MakeEvent(0);
     event.body = DiffEvent{.diff = diff, .applied_update_id = update_id};
     Tell(editor, std::move(event));

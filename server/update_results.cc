@@ -6,6 +6,7 @@
 #include <variant>
 
 #include "core/base/check.h"
+#include "server/limits.h"
 
 namespace pliant::server {
 namespace {
@@ -50,6 +51,18 @@ bool MayAnswer(const UpdateAnswer& answer, const Fingerprint& update) {
 
 }  // namespace
 
+Status UpdateResults::CheckNew(std::int64_t update_id) const {
+  const std::int64_t left = kUpdateIdMax - last_update_id_;
+  const std::int64_t greatest = last_update_id_ + std::max<std::int64_t>(1, left / 2);
+  if (update_id <= greatest) return {};
+  return Error{ErrorCode::kOutOfRange,
+               "update_id is " + std::to_string(update_id) + "; after " +
+                   std::to_string(last_update_id_) + ", numbers up to " + std::to_string(greatest) +
+                   " are allowed, so that enough are left to come after them: take the session's "
+                   "last_update_id + 1",
+               "update_id"};
+}
+
 void UpdateResults::Add(const UpdateAnswer& answer) {
   const SessionEvent& event = answer.event;
   PLIANT_CHECK(event.update_id > last_update_id_, "update", event.update_id, "last",
@@ -81,6 +94,7 @@ UpdateAnswer UpdateResults::At(std::size_t index) const {
 
 Result<SessionEvent> UpdateResults::Repeat(std::int64_t update_id,
                                            const Fingerprint& update) const {
+  if (update_id > last_update_id_) return CheckNew(update_id).error();
   const auto found =
       std::lower_bound(entries_.begin(), entries_.end(), update_id,
                        [](const Entry& entry, std::int64_t id) { return entry.update_id < id; });

@@ -24,6 +24,11 @@ class UpdateResults {
   /// Greatest id that was ever added; 0 before.
   [[nodiscard]] std::int64_t last_update_id() const { return last_update_id_; }
 
+  /// Whether a new number leaves enough of them to come after it: at least half of those that are
+  /// left before it, up to kUpdateIdMax. Error: kOutOfRange.
+  /// @pre update_id > last_update_id()
+  [[nodiscard]] Status CheckNew(std::int64_t update_id) const;
+
   /// Remembers an answer; forgets the oldest beyond the bound.
   /// @pre answer.event.update_id > last_update_id()
   void Add(const UpdateAnswer& answer);
@@ -35,8 +40,9 @@ class UpdateResults {
 
   /// The first answer to an update that comes again. An answer that was stored without a
   /// fingerprint is that of any update that could have been answered so.
-  /// Error: kProtocolOrder if it is forgotten or never was, or answers another update.
-  /// @pre update_id <= last_update_id()
+  /// Errors: kProtocolOrder if it is forgotten or never was, or answers another update; that of
+  /// CheckNew.
+  /// @pre update_id <= last_update_id(), or CheckNew refuses it
   [[nodiscard]] Result<SessionEvent> Repeat(std::int64_t update_id,
                                             const Fingerprint& update) const;
 

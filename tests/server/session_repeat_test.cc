@@ -107,5 +107,23 @@ TEST(SessionRepeat, RefusesAnUpdateIdThatNeverWasAndIsNotNew) {
   EXPECT_EQ(BodyOf<RejectedEvent>(*editor, 3).error.code, ErrorCode::kProtocolOrder);
 }
 
+// Goal: no slip of a client takes all numbers that a session has: what it sends so is refused, with
+// its step, and the session goes on where it was.
+TEST(SessionRepeat, RefusesANumberThatLeavesTooFew) {
+  SessionHarness harness;
+  const auto editor =
+      harness.Edit({OpenCommand{}, kMetric(kUpdateIdMax, 1.0), Advance(1), kMetric(2, 1.0),
+                    Advance(3), Advance(kUpdateIdMax), Advance(4)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "rejected 4611686018427387904", "rejected 1",
+                                         "accepted 2", "diff 3", "advanced 3",
+                                         "rejected 4611686018427387904", "diff 4", "advanced 4"));
+  const Error& error = BodyOf<RejectedEvent>(*editor, 1).error;
+  EXPECT_EQ(error.code, ErrorCode::kOutOfRange);
+  EXPECT_EQ(error.field, "update_id");
+  EXPECT_NE(error.message.find("numbers up to 2305843009213693952 are allowed"), std::string::npos)
+      << error.message;
+  EXPECT_EQ(editor->done_count, 7);
+}
+
 }  // namespace
 }  // namespace pliant::server

@@ -4,6 +4,8 @@
 
 #include <string>
 
+#include "server/limits.h"
+
 namespace pliant::server {
 namespace {
 
@@ -48,6 +50,20 @@ TEST(UpdateResults, GivesBackWhatWasAdded) {
   EXPECT_EQ(results.At(0).update, kMetric);
   EXPECT_EQ(results.At(2).update, advance);
   EXPECT_EQ(results.At(2).event.revision, Revision(6));
+}
+
+// Goal: numbers that follow each other never run out; nor do those of a client that skips.
+TEST(UpdateResults, LeavesHalfOfTheNumbersForThoseToCome) {
+  UpdateResults results(4);
+  EXPECT_TRUE(results.CheckNew(kUpdateIdMax / 2).ok());
+  EXPECT_EQ(results.CheckNew(kUpdateIdMax / 2 + 1).error().code, ErrorCode::kOutOfRange);
+  EXPECT_EQ(results.CheckNew(kUpdateIdMax).error().field, "update_id");
+  results.Add(Accepted(kUpdateIdMax / 2));
+  EXPECT_TRUE(results.CheckNew(kUpdateIdMax / 2 + 1).ok());
+  EXPECT_FALSE(results.CheckNew(kUpdateIdMax).ok());
+  results.Add(Accepted(kUpdateIdMax - 2));
+  EXPECT_TRUE(results.CheckNew(kUpdateIdMax - 1).ok()) << "the next one is always allowed";
+  EXPECT_FALSE(results.CheckNew(kUpdateIdMax).ok());
 }
 
 TEST(UpdateResults, KnowsNothingOfIdsThatNeverWere) {

@@ -11,17 +11,19 @@
 namespace pliant::server {
 
 struct SessionHarness {
-  explicit SessionHarness(FakeEngineScript first = {})
+  /// @param real  what a real engine starts from; absent: a fake one that follows `first`
+  explicit SessionHarness(FakeEngineScript first = {}, const std::optional<EngineInput>& real = {})
       : script(std::make_shared<FakeEngineScript>(std::move(first))),
         scheduler(/*worker_count=*/0, clock) {
     session = std::make_shared<Session>(
         Session::Environment{.clock = &clock,
                              .scheduler = &scheduler,
                              .log = &log,
-                             .factory = FakeFactory(script),
+                             .factory = real ? RemesherFactory() : FakeFactory(script),
                              .on_broken = [this](const std::string& id) { broken.push_back(id); }},
         "s1", std::map<std::string, std::string>{{"case", "7"}});
-    session->Start(EngineInput{}, [this](const Status& status) { start_status = status; });
+    session->Start(real.value_or(EngineInput{}),
+                   [this](const Status& status) { start_status = status; });
     RunAll();
   }
 
