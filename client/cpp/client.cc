@@ -82,23 +82,27 @@ std::unique_ptr<Subscription> Client::Subscribe(const std::string& session_id,
 }
 
 Result<SessionInfo> Client::GetSession(const std::string& session_id) {
-  const auto context = connection_->NewContext(connection_->options().call_timeout);
-  v1::GetSessionRequest request;
-  request.set_session_id(session_id);
-  v1::GetSessionResponse response;
-  const auto status = connection_->sessions().GetSession(context.get(), request, &response);
-  if (!status.ok()) return CallError(*connection_, status);
-  return FromWire(response.session());
+  return connection_->Persist([&]() -> Result<SessionInfo> {
+    const auto context = connection_->NewContext(connection_->options().call_timeout);
+    v1::GetSessionRequest request;
+    request.set_session_id(session_id);
+    v1::GetSessionResponse response;
+    const auto status = connection_->sessions().GetSession(context.get(), request, &response);
+    if (!status.ok()) return CallError(*connection_, status);
+    return FromWire(response.session());
+  });
 }
 
 Result<std::vector<SessionInfo>> Client::ListSessions() {
   std::vector<SessionInfo> sessions;
   v1::ListSessionsRequest request;
   do {
-    const auto context = connection_->NewContext(connection_->options().call_timeout);
     v1::ListSessionsResponse response;
-    const auto status = connection_->sessions().ListSessions(context.get(), request, &response);
-    if (!status.ok()) return CallError(*connection_, status);
+    PLIANT_RETURN_IF_ERROR(connection_->Persist([&]() -> Status {
+      const auto context = connection_->NewContext(connection_->options().call_timeout);
+      const auto status = connection_->sessions().ListSessions(context.get(), request, &response);
+      return status.ok() ? Status() : Status(CallError(*connection_, status));
+    }));
     for (const v1::Session& session : response.sessions()) sessions.push_back(FromWire(session));
     request.set_page_token(response.next_page_token());
   } while (!request.page_token().empty());

@@ -9,11 +9,13 @@
 
 namespace pliant::client {
 
-Result<Bytes> Client::ExportSession(const std::string& session_id) {
-  const auto context = connection_->NewContext(connection_->options().transfer_timeout);
+namespace {
+
+Result<Bytes> ExportOnce(const Connection& connection, const std::string& session_id) {
+  const auto context = connection.NewContext(connection.options().transfer_timeout);
   v1::ExportSessionRequest request;
   request.set_session_id(session_id);
-  const auto reader = connection_->sessions().ExportSession(context.get(), request);
+  const auto reader = connection.sessions().ExportSession(context.get(), request);
   wire::ColumnReader columns(kBlobBytesMax);
   Result<Bytes> file = Error{.code = ErrorCode::kInternal,
                              .message = "the server ended the download without a file"};
@@ -32,8 +34,14 @@ Result<Bytes> Client::ExportSession(const std::string& session_id) {
     static_cast<void>(reader->Finish());  // What was received is the reason, not the cancel.
     return received.error();
   }
-  if (const auto status = reader->Finish(); !status.ok()) return CallError(*connection_, status);
+  if (const auto status = reader->Finish(); !status.ok()) return CallError(connection, status);
   return file;
+}
+
+}  // namespace
+
+Result<Bytes> Client::ExportSession(const std::string& session_id) {
+  return connection_->Persist([&] { return ExportOnce(*connection_, session_id); });
 }
 
 Result<SessionInfo> Client::ImportSession(std::span<const std::byte> file,

@@ -13,6 +13,20 @@
 
 namespace pliant::client {
 
+namespace {
+
+Result<JobInfo> GetJobOnce(const Connection& connection, const std::string& job_id) {
+  const auto context = connection.NewContext(connection.options().call_timeout);
+  v1::GetJobRequest request;
+  request.set_job_id(job_id);
+  v1::GetJobResponse response;
+  const auto status = connection.jobs().GetJob(context.get(), request, &response);
+  if (!status.ok()) return CallError(connection, status);
+  return FromWire(response.job());
+}
+
+}  // namespace
+
 Result<JobInfo> Client::SubmitJob(const Start& start, const MetricSpec& metric,
                                   const JobSettings& settings) {
   const auto context = connection_->NewContext(connection_->options().transfer_timeout);
@@ -35,23 +49,19 @@ Result<JobInfo> Client::SubmitJob(const Start& start, const MetricSpec& metric,
 }
 
 Result<JobInfo> Client::GetJob(const std::string& job_id) {
-  const auto context = connection_->NewContext(connection_->options().call_timeout);
-  v1::GetJobRequest request;
-  request.set_job_id(job_id);
-  v1::GetJobResponse response;
-  const auto status = connection_->jobs().GetJob(context.get(), request, &response);
-  if (!status.ok()) return CallError(*connection_, status);
-  return FromWire(response.job());
+  return connection_->Persist([&] { return GetJobOnce(*connection_, job_id); });
 }
 
 Result<std::vector<JobInfo>> Client::ListJobs() {
   std::vector<JobInfo> jobs;
   v1::ListJobsRequest request;
   do {
-    const auto context = connection_->NewContext(connection_->options().call_timeout);
     v1::ListJobsResponse response;
-    const auto status = connection_->jobs().ListJobs(context.get(), request, &response);
-    if (!status.ok()) return CallError(*connection_, status);
+    PLIANT_RETURN_IF_ERROR(connection_->Persist([&]() -> Status {
+      const auto context = connection_->NewContext(connection_->options().call_timeout);
+      const auto status = connection_->jobs().ListJobs(context.get(), request, &response);
+      return status.ok() ? Status() : Status(CallError(*connection_, status));
+    }));
     for (const v1::Job& job : response.jobs()) {
       PLIANT_ASSIGN_OR_RETURN(JobInfo info, FromWire(job));
       jobs.push_back(std::move(info));
@@ -62,22 +72,26 @@ Result<std::vector<JobInfo>> Client::ListJobs() {
 }
 
 Result<JobInfo> Client::CancelJob(const std::string& job_id) {
-  const auto context = connection_->NewContext(connection_->options().call_timeout);
-  v1::CancelJobRequest request;
-  request.set_job_id(job_id);
-  v1::CancelJobResponse response;
-  const auto status = connection_->jobs().CancelJob(context.get(), request, &response);
-  if (!status.ok()) return CallError(*connection_, status);
-  return FromWire(response.job());
+  return connection_->Persist([&]() -> Result<JobInfo> {
+    const auto context = connection_->NewContext(connection_->options().call_timeout);
+    v1::CancelJobRequest request;
+    request.set_job_id(job_id);
+    v1::CancelJobResponse response;
+    const auto status = connection_->jobs().CancelJob(context.get(), request, &response);
+    if (!status.ok()) return CallError(*connection_, status);
+    return FromWire(response.job());
+  });
 }
 
 Result<MeshReplica> Client::FetchResult(const std::string& job_id, Parts parts) {
-  const auto context = connection_->NewContext(connection_->options().transfer_timeout);
-  v1::FetchResultRequest request;
-  request.set_job_id(job_id);
-  if (parts != Parts::kMesh) request.add_parts(v1::MESH_PART_METRIC);
-  return ReceiveMesh(*connection_, *context,
-                     *connection_->jobs().FetchResult(context.get(), request));
+  return connection_->Persist([&] {
+    const auto context = connection_->NewContext(connection_->options().transfer_timeout);
+    v1::FetchResultRequest request;
+    request.set_job_id(job_id);
+    if (parts != Parts::kMesh) request.add_parts(v1::MESH_PART_METRIC);
+    return ReceiveMesh(*connection_, *context,
+                       *connection_->jobs().FetchResult(context.get(), request));
+  });
 }
 
 Result<JobInfo> Client::WaitForJob(const std::string& job_id, const JobWait& wait) {
@@ -86,7 +100,7 @@ Result<JobInfo> Client::WaitForJob(const std::string& job_id, const JobWait& wai
   steady_clock::time_point last_answer = begin;
   Backoff backoff(/*seed=*/std::hash<std::string>()(job_id));
   for (;;) {
-    Result<JobInfo> job = GetJob(job_id);
+    Result<JobInfo> job = GetJobOnce(*connection_, job_id);
     const steady_clock::time_point now = steady_clock::now();
     if (job.ok()) {
       last_answer = now;

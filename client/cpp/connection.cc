@@ -4,6 +4,9 @@
 #include <grpcpp/security/credentials.h>
 #include <grpcpp/support/channel_arguments.h>
 
+#include <algorithm>
+#include <climits>
+#include <thread>
 #include <utility>
 
 #include "client/cpp/convert.h"
@@ -28,6 +31,16 @@ std::shared_ptr<grpc::Channel> MakeChannel(const std::string& address,
   // A server that is restarted is found again within a second, not after minutes.
   arguments.SetInt(GRPC_ARG_INITIAL_RECONNECT_BACKOFF_MS, 100);
   arguments.SetInt(GRPC_ARG_MAX_RECONNECT_BACKOFF_MS, 1000);
+  // A machine that dies, or a firewall that forgets, closes no connection: it just says no more.
+  const auto milliseconds = [](std::chrono::milliseconds time) {
+    return static_cast<int>(std::min<std::int64_t>(time.count(), INT_MAX));
+  };
+  if (options.keepalive_interval.count() > 0) {
+    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIME_MS, milliseconds(options.keepalive_interval));
+    arguments.SetInt(GRPC_ARG_KEEPALIVE_TIMEOUT_MS, milliseconds(options.keepalive_timeout));
+    // Else it would stop asking after two times, while an advance runs in silence.
+    arguments.SetInt(GRPC_ARG_HTTP2_MAX_PINGS_WITHOUT_DATA, 0);
+  }
   return grpc::CreateCustomChannel(address, CredentialsOf(options), arguments);
 }
 
@@ -69,6 +82,23 @@ bool Connection::WaitForConnected() {
   }
 }
 
+std::unique_ptr<EditCall> Connection::Edit(grpc::ClientContext& context) const {
+  return sessions_->Edit(&context);
+}
+
+void Connection::Wait(std::unique_lock<std::mutex>& lock, std::condition_variable& wake,
+                      std::chrono::milliseconds time, const std::function<bool()>& is_over) const {
+  wake.wait_for(lock, time, is_over);
+}
+
+bool Connection::Pause(Outage& outage) const {
+  const std::optional<std::chrono::milliseconds> pause = outage.NextPause();
+  if (!pause) return false;
+  std::this_thread::sleep_for(*pause);
+  LookForServer(outage.end(), [] { return false; });
+  return true;
+}
+
 void Connection::LookForServer(std::chrono::steady_clock::time_point end,
                                const std::function<bool()>& is_cancelled) const {
   constexpr std::chrono::milliseconds kSlice{50};  // So soon a cancel is seen.
@@ -80,6 +110,10 @@ void Connection::LookForServer(std::chrono::steady_clock::time_point end,
 }
 
 Result<MeshReplica> Connection::GetMesh(const std::string& session_id, Parts parts) {
+  return Persist([&] { return GetMeshOnce(session_id, parts); });
+}
+
+Result<MeshReplica> Connection::GetMeshOnce(const std::string& session_id, Parts parts) {
   const auto context = NewContext(options_.transfer_timeout);
   v1::GetMeshRequest request;
   request.set_session_id(session_id);
@@ -88,6 +122,10 @@ Result<MeshReplica> Connection::GetMesh(const std::string& session_id, Parts par
 }
 
 Result<Quality> Connection::GetQuality(const std::string& session_id) {
+  return Persist([&] { return GetQualityOnce(session_id); });
+}
+
+Result<Quality> Connection::GetQualityOnce(const std::string& session_id) {
   const auto context = NewContext(options_.transfer_timeout);
   v1::GetQualityRequest request;
   request.set_session_id(session_id);

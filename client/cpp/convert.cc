@@ -324,6 +324,7 @@ v1::Advance ToWire(const AdvanceOptions& options) {
   v1::Advance message;
   if (options.visits_max) message.set_budget_visits(*options.visits_max);
   if (options.time_max) message.set_budget_ms(options.time_max->count());
+  if (options.commit_interval) message.set_commit_interval_ms(options.commit_interval->count());
   return message;
 }
 

@@ -1,7 +1,6 @@
 #include "client/cpp/session.h"
 
 #include <algorithm>
-#include <thread>
 #include <utility>
 
 #include "client/cpp/convert.h"
@@ -23,6 +22,27 @@ constexpr std::size_t kAheadMax = 32;
 Error NotOpen() {
   return {.code = ErrorCode::kUnavailable,
           .message = "the stream of this session is closed after an earlier error; call Reopen"};
+}
+
+// The report of an advance that came in two parts.
+AdvanceReport Joined(const AdvanceReport& first, AdvanceReport rest) {
+  rest.base_revision = first.base_revision;
+  rest.visits += first.visits;
+  rest.moves += first.moves;
+  rest.insertions += first.insertions;
+  rest.deletions += first.deletions;
+  rest.swaps += first.swaps;
+  rest.cooled_count += first.cooled_count;
+  rest.compute_time += first.compute_time;
+  rest.elapsed_time += first.elapsed_time;
+  return rest;
+}
+
+Error StageLost() {
+  return {.code = ErrorCode::kUpdateRejected,
+          .message =
+              "what was staged was lost together with the connection, or another editor "
+              "has taken it: send the step again"};
 }
 
 Error OutOfOrder(const std::string& what) {
@@ -49,7 +69,7 @@ Status Session::Impl::Open() {
   auto pause = kBusyPause;
   for (int tries = 1; tries < kBusyTries && !status.ok(); ++tries) {
     if (status.error().code != ErrorCode::kSessionBusy) break;
-    std::this_thread::sleep_for(pause);
+    Wait(pause);
     pause *= 2;
     status = OpenOnce();
   }
@@ -61,7 +81,7 @@ Status Session::Impl::OpenOnce() {
     const std::lock_guard lock(write_mutex_);
     context_ = connection_->NewContext();
     is_ready_ = false;
-    stream_ = connection_->sessions().Edit(context_.get());
+    stream_ = connection_->Edit(*context_);
   }
   reader_ = std::make_unique<wire::ColumnReader>(kBlobBytesMax);
 
@@ -80,33 +100,56 @@ Status Session::Impl::OpenOnce() {
   if (!response.has_opened()) {
     return Abandon(OutOfOrder("something else than `opened` first"));
   }
-  last_update_id_ = std::max(last_update_id_, response.opened().last_update_id());
-  // A stage that an advance has taken, whose answer was lost, is not lost.
-  lost_stage_ = response.opened().staged_count() < staged_count_ &&
-                response.opened().last_update_id() < accepted_id_;
-  staged_count_ = response.opened().staged_count();
   while (static_cast<std::int64_t>(replica_.revision()) < response.revision()) {
     PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse next, Read());
     PLIANT_RETURN_IF_ERROR(Follow(next));
   }
+  // Others have used numbers after ours: whether what we staged was committed, thrown away or is
+  // still there, nobody knows. With the next number they would have refused what came too late.
+  const bool is_overtaken = response.opened().last_update_id() > last_update_id_;
+  const std::int32_t staged_count = StagedCountAt(response.opened());
+  lost_stage_ = response.opened().staged_count() < staged_count ||
+                (is_overtaken && (staged_count > 0 || has_rejection_));
+  staged_left_ = response.opened().staged_count();
+  last_update_id_ = std::max(last_update_id_, response.opened().last_update_id());
   opened_at_ = Outage::Clock::now();
   const std::lock_guard lock(write_mutex_);
   is_ready_ = true;
   return {};
 }
 
+// How much must be staged, if the server and everybody else have left the stage alone. One that an
+// advance has taken whose answer was lost is not lost.
+std::int32_t Session::Impl::StagedCountAt(const v1::Opened& opened) const {
+  std::int32_t count = staged_count_;
+  for (const Sent& sent : unanswered_) {
+    if (sent.id > opened.last_update_id()) break;
+    const v1::EditRequest& request = sent.messages.back();
+    if (request.has_advance() || request.has_discard()) return 0;
+    if (!request.has_rollback()) ++count;
+  }
+  return count;
+}
+
 Status Session::Impl::Reopen() {
-  const bool half_sent = answers_ == Answers::kWithAdvance && !unanswered_.empty();
-  unanswered_.clear();
-  refusal_.reset();
-  BeginCall();
+  outage_.End();
   Status status = Open();
   while (!status.ok() && status.error().code == ErrorCode::kUnavailable && Pause()) {
     status = Open();
   }
   if (!status.ok()) return status;
-  // Nobody knows how much of the step is staged: the caller makes it again, from its beginning.
-  return half_sent ? EmptyStage() : Status();
+  // What was accepted may be gone: lost by the server, or taken by an editor that came in between.
+  // Of what was sent ahead nobody knows how much is staged: the step begins anew.
+  const bool is_with_advance = answers_ == Answers::kWithAdvance;
+  const bool is_half = unanswered_.size() > (is_with_advance ? 0 : 1);
+  tells_loss_ = tells_loss_ || lost_stage_ || (is_half && !is_with_advance);
+  must_discard_ = must_discard_ || is_half || tells_loss_;
+  staged_count_ = staged_left_;
+  has_rejection_ = false;
+  unanswered_.clear();
+  refusal_.reset();
+  PLIANT_RETURN_IF_ERROR(BeginCall());
+  return std::exchange(tells_loss_, false) ? Status(StageLost()) : Status();
 }
 
 void Session::Impl::Close() {
@@ -171,6 +214,7 @@ Status Session::Impl::Follow(const v1::EditResponse& response) {
   const Status status = response.has_diff() ? replica_.Apply(*diff) : replica_.Reset(*diff);
   if (!status.ok()) return Abandon(status.error());
   last_change_ = *std::move(diff);
+  if (on_change_) on_change_(last_change_);
   return {};
 }
 
@@ -203,12 +247,14 @@ Status Session::Impl::Write(const Sent& sent) {
 bool Session::Impl::Pause() {
   const std::optional<std::chrono::milliseconds> pause = outage_.NextPause();
   if (!pause) return false;
-  {
-    std::unique_lock lock(write_mutex_);
-    cancelled_.wait_for(lock, *pause, [this] { return is_cancelled_; });
-  }
+  Wait(*pause);
   connection_->LookForServer(outage_.end(), [this] { return is_cancelled(); });
   return !is_cancelled();
+}
+
+void Session::Impl::Wait(std::chrono::milliseconds time) {
+  std::unique_lock lock(write_mutex_);
+  connection_->Wait(lock, cancelled_, time, [this] { return is_cancelled_; });
 }
 
 bool Session::Impl::is_cancelled() {
@@ -233,15 +279,12 @@ Status Session::Impl::Repeat(Error lost) {
 Status Session::Impl::RepeatOnce() {
   PLIANT_RETURN_IF_ERROR(Open());
   if (lost_stage_) {
-    if (answers_ == Answers::kWithAdvance) {
-      PLIANT_RETURN_IF_ERROR(Reopen());
-    } else {
-      unanswered_.clear();
-    }
-    return Error{.code = ErrorCode::kUpdateRejected,
-                 .message =
-                     "the server has lost what was staged together with the connection: "
-                     "send the step again"};
+    unanswered_.clear();
+    refusal_.reset();
+    staged_count_ = 0;
+    has_rejection_ = false;
+    must_discard_ = true;
+    return StageLost();
   }
   for (const Sent& sent : unanswered_) PLIANT_RETURN_IF_ERROR(Write(sent));
   if (is_cancelled()) Cancel();  // Nothing has been told the server meanwhile.
@@ -256,8 +299,13 @@ Status Session::Impl::AwaitAllBut(std::size_t count) {
   return {};
 }
 
+Status Session::Impl::BeginCall() {
+  outage_.End();
+  return must_discard_ && is_open() ? EmptyStage() : Status();
+}
+
 Status Session::Impl::Await() {
-  BeginCall();
+  PLIANT_RETURN_IF_ERROR(BeginCall());
   if (!is_open()) return {};  // Reopen is to tell what has become of it.
   return AwaitAllBut(0);
 }
@@ -280,16 +328,14 @@ Result<v1::EditResponse> Session::Impl::ReadAnswer(const OnProgress& on_progress
     if (response.has_progress() && on_progress) on_progress(FromWire(response.progress()));
     if (!response.has_accepted() && !response.has_advanced() && !response.has_rejected()) continue;
     unanswered_.pop_front();
-    if (response.has_accepted()) {
-      staged_count_ = response.accepted().staged_count();
-      accepted_id_ = response.update_id();
-    }
+    if (response.has_accepted()) staged_count_ = response.accepted().staged_count();
+    has_rejection_ = has_rejection_ || response.has_rejected();
     return response;
   }
 }
 
 Status Session::Impl::Update(const MakeRequest& make) {
-  BeginCall();
+  PLIANT_RETURN_IF_ERROR(BeginCall());
   if (answers_ == Answers::kAtOnce) {
     const Result<v1::EditResponse> answer = Call(make, {});
     return answer.ok() ? Status() : Status(answer.error());
@@ -299,7 +345,7 @@ Status Session::Impl::Update(const MakeRequest& make) {
 }
 
 Status Session::Impl::Discard() {
-  BeginCall();
+  outage_.End();
   return EmptyStage();
 }
 
@@ -312,6 +358,7 @@ Status Session::Impl::EmptyStage() {
   const Result<v1::EditResponse> answer = Call(make, {});
   if (!answer.ok()) return answer.error();
   refusal_.reset();
+  has_rejection_ = must_discard_ = false;
   return {};
 }
 
@@ -321,13 +368,45 @@ Result<AdvanceReport> Session::Impl::Rollback(Revision to_revision) {
     request.mutable_rollback()->set_to_revision(static_cast<std::int64_t>(to_revision));
     return request;
   };
-  BeginCall();
+  PLIANT_RETURN_IF_ERROR(BeginCall());
   PLIANT_ASSIGN_OR_RETURN(const v1::EditResponse answer, Call(make, {}));
   return FromWire(answer.advanced());
 }
 
 Result<AdvanceReport> Session::Impl::Advance(const AdvanceOptions& options,
-                                             const OnProgress& on_progress) {
+                                             const OnProgress& on_progress,
+                                             const OnChange& on_change) {
+  PLIANT_RETURN_IF_ERROR(BeginCall());
+  on_change_ = on_change;
+  Result<AdvanceReport> report = AdvanceWithParts(options, on_progress);
+  on_change_ = {};
+  const std::lock_guard lock(write_mutex_);
+  advance_id_ = 0;
+  is_cancelled_ = false;
+  return report;
+}
+
+// An advance, and where the server ends it because it shuts down, the rest of it on the next one.
+Result<AdvanceReport> Session::Impl::AdvanceWithParts(const AdvanceOptions& options,
+                                                      const OnProgress& on_progress) {
+  Result<AdvanceReport> report = AdvanceOnce(options, on_progress);
+  const bool until_converged = !options.visits_max && !options.time_max;
+  while (report.ok() && report->stop == AdvanceStop::kServerClosing && until_converged) {
+    const Result<AdvanceReport> rest = AdvanceOnce(options, on_progress);
+    if (rest.ok()) {
+      report = Joined(*report, *rest);
+    } else if (rest.error().code == ErrorCode::kUnavailable ||
+               rest.error().code == ErrorCode::kCancelled) {
+      break;  // What is committed is committed.
+    } else {
+      report = rest;
+    }
+  }
+  return report;
+}
+
+Result<AdvanceReport> Session::Impl::AdvanceOnce(const AdvanceOptions& options,
+                                                 const OnProgress& on_progress) {
   const auto make = [&](wire::ColumnWriter&) {
     v1::EditRequest request;
     *request.mutable_advance() = ToWire(options);
@@ -338,16 +417,15 @@ Result<AdvanceReport> Session::Impl::Advance(const AdvanceOptions& options,
   };
   {
     const std::lock_guard lock(write_mutex_);
+    if (is_cancelled_) return Error{.code = ErrorCode::kCancelled, .message = "cancelled"};
     advance_id_ = last_update_id_ + 1;
-    is_cancelled_ = false;
   }
-  BeginCall();
   const Result<v1::EditResponse> answer = Call(make, on_progress);
-  const std::lock_guard lock(write_mutex_);
-  advance_id_ = 0;
-  is_cancelled_ = false;
   // Whether it committed or was refused: the stage is empty, unless the answer is lost.
-  if (is_open()) staged_count_ = 0;
+  if (unanswered_.empty()) {
+    staged_count_ = 0;
+    has_rejection_ = false;
+  }
   const std::optional<Error> refusal = std::exchange(refusal_, std::nullopt);
   // Also where the advance is answered: then its number was another one's, and so is that commit.
   if (refusal && (answer.ok() || answer.error().code == ErrorCode::kUpdateRejected)) {
@@ -375,8 +453,9 @@ const std::string& Session::id() const { return impl_->id(); }
 const MeshReplica& Session::replica() const { return impl_->replica(); }
 
 Result<AdvanceReport> Session::Advance(
-    const AdvanceOptions& options, const std::function<void(const AdvanceProgress&)>& on_progress) {
-  return impl_->Advance(options, on_progress);
+    const AdvanceOptions& options, const std::function<void(const AdvanceProgress&)>& on_progress,
+    const std::function<void(const MeshDiff&)>& on_change) {
+  return impl_->Advance(options, on_progress, on_change);
 }
 
 void Session::Cancel() { impl_->Cancel(); }

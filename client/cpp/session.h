@@ -110,15 +110,19 @@ class Session {
   Status Discard();
 
   /// Commits what is staged and runs the loop; the replica follows. Always commits one revision,
-  /// also after a budget or a cancel.
+  /// also after a budget or a cancel; more of them with AdvanceOptions::commit_interval. One
+  /// without a limit that a server has ended which shuts down goes on when there is a server again,
+  /// within ConnectOptions::reconnect_max; the report is that of all its parts.
   ///
   /// @param on_progress  called on this thread every AdvanceOptions::progress_interval; may call
   ///                     Cancel. Empty: no progress is asked for.
+  /// @param on_change    called on this thread with every diff, or snapshot, that has come, the
+  ///                     last included; the replica has followed it. May call Cancel.
   /// Errors: kUpdateRejected, kExpressionValue, kReplicaMismatch (Resync is the way out), and
   /// those of the connection.
-  Result<AdvanceReport> Advance(
-      const AdvanceOptions& options = {},
-      const std::function<void(const AdvanceProgress&)>& on_progress = {});
+  Result<AdvanceReport> Advance(const AdvanceOptions& options = {},
+                                const std::function<void(const AdvanceProgress&)>& on_progress = {},
+                                const std::function<void(const MeshDiff&)>& on_change = {});
 
   /// Ends a running Advance early; its valid mesh is committed and Advance returns. While that
   /// waits for a lost server it ends with kUnavailable. From any thread; without a running advance
@@ -127,7 +131,8 @@ class Session {
 
   /// Opens the stream again, at the replica's revision: after a lost connection. Answers that were
   /// on their way are lost, so updates that had no answer must be made again. Fails with
-  /// kSessionBusy if another editor has the session.
+  /// kSessionBusy if another editor has the session; with kUpdateRejected if it is open again but
+  /// not what was staged: then the stage is empty.
   Status Reopen();
 
   /// Throws the replica away and gets a snapshot.
@@ -153,10 +158,11 @@ class Session {
   /// Measures the mesh against the metric that it follows, on the server.
   Result<Quality> GetQuality();
 
- private:
-  friend class Client;
+  /// For Client and for the simulation; see session_impl.h.
   class Impl;
   explicit Session(std::unique_ptr<Impl> impl);
+
+ private:
   std::unique_ptr<Impl> impl_;
 };
 

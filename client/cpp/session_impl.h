@@ -1,7 +1,6 @@
 #pragma once
 
 #include <grpcpp/client_context.h>
-#include <grpcpp/support/sync_stream.h>
 
 #include <chrono>
 #include <condition_variable>
@@ -47,12 +46,14 @@ class Session::Impl {
   Status Await();
 
   using OnProgress = std::function<void(const AdvanceProgress&)>;
+  using OnChange = std::function<void(const MeshDiff&)>;
   /// Makes a command for a stream, whose writer takes the large arrays.
   using MakeRequest = std::function<v1::EditRequest(wire::ColumnWriter&)>;
   Status Update(const MakeRequest& make);
   Status Discard();
   Result<AdvanceReport> Rollback(Revision to_revision);
-  Result<AdvanceReport> Advance(const AdvanceOptions& options, const OnProgress& on_progress);
+  Result<AdvanceReport> Advance(const AdvanceOptions& options, const OnProgress& on_progress,
+                                const OnChange& on_change);
   void Cancel();
 
   [[nodiscard]] const std::string& id() const { return session_id_; }
@@ -69,16 +70,23 @@ class Session::Impl {
   };
 
   Status OpenOnce();
+  Result<AdvanceReport> AdvanceWithParts(const AdvanceOptions& options,
+                                         const OnProgress& on_progress);
+  Result<AdvanceReport> AdvanceOnce(const AdvanceOptions& options, const OnProgress& on_progress);
   /// Sends a command and returns the answer to it.
   Result<v1::EditResponse> Call(const MakeRequest& make, const OnProgress& on_progress);
   Status Send(const MakeRequest& make);
   Status EmptyStage();
+  [[nodiscard]] std::int32_t StagedCountAt(const v1::Opened& opened) const;
   Status Write(const Sent& sent);
   Status Write(const v1::EditRequest& request);
-  /// A call of the user begins: it has all its time to connect again.
-  void BeginCall() { outage_.End(); }
+  /// A call of the user begins: it has all its time to connect again, and what is left of a step
+  /// that was lost is thrown away first.
+  Status BeginCall();
   /// Waits before the next try to connect again. @return false if there is to be none
   bool Pause();
+  /// Waits, but not for one who has cancelled.
+  void Wait(std::chrono::milliseconds time);
   [[nodiscard]] bool is_cancelled();
   /// After the connection has broken: makes it again and repeats what has no answer.
   Status Repeat(Error lost);
@@ -104,12 +112,16 @@ class Session::Impl {
   MeshReplica replica_;
   MeshDiff last_change_;
   std::int64_t last_update_id_ = 0;
-  std::int32_t staged_count_ = 0;  ///< As the server last said.
-  bool lost_stage_ = false;        ///< When the stream was opened, the server had less.
+  std::int32_t staged_count_ = 0;  ///< As the server last said in an answer.
+  std::int32_t staged_left_ = 0;   ///< As it said when the stream was opened...
+  bool lost_stage_ = false;        ///< ...and that was not what we had staged.
+  bool has_rejection_ = false;     ///< The server has refused an update of this step.
+  bool must_discard_ = false;      ///< What is staged is no longer anybody's wish.
+  bool tells_loss_ = false;        ///< Reopen has found that the stage is lost.
   Answers answers_ = Answers::kAtOnce;
   std::deque<Sent> unanswered_;
   std::optional<Error> refusal_;  ///< Of the first update of this step that was sent ahead in vain.
-  std::int64_t accepted_id_ = 0;  ///< The last update that was accepted.
+  OnChange on_change_;            ///< Of the running advance, or empty.
   Outage outage_;
   Outage::Clock::time_point opened_at_;
 
@@ -119,7 +131,7 @@ class Session::Impl {
   bool is_ready_ = false;        ///< The stream is open: cancel may be sent.
   std::condition_variable cancelled_;
   std::unique_ptr<grpc::ClientContext> context_;
-  std::unique_ptr<grpc::ClientReaderWriter<v1::EditRequest, v1::EditResponse>> stream_;
+  std::unique_ptr<EditCall> stream_;
   std::unique_ptr<wire::ColumnWriter> writer_;
   std::unique_ptr<wire::ColumnReader> reader_;
 };

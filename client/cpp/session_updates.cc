@@ -112,15 +112,19 @@ Result<AdvanceReport> Session::Rollback(Revision to_revision) {
 
 Result<Revision> Session::SaveRevision(Revision revision) {
   PLIANT_RETURN_IF_ERROR(impl_->Await());
-  Connection& connection = impl_->connection();
-  const auto context = connection.NewContext(connection.options().call_timeout);
+  const Connection& connection = impl_->connection();
   v1::SaveRevisionRequest request;
   request.set_session_id(id());
-  request.set_revision(static_cast<std::int64_t>(revision));
-  v1::SaveRevisionResponse response;
-  const auto status = connection.sessions().SaveRevision(context.get(), request, &response);
-  if (!status.ok()) return CallError(connection, status);
-  return Revision{response.revision()};
+  // By its number, so that a second try does not keep a later one.
+  request.set_revision(
+      static_cast<std::int64_t>(revision == Revision::kNone ? replica().revision() : revision));
+  return connection.Persist([&]() -> Result<Revision> {
+    const auto context = connection.NewContext(connection.options().call_timeout);
+    v1::SaveRevisionResponse response;
+    const auto status = connection.sessions().SaveRevision(context.get(), request, &response);
+    if (!status.ok()) return CallError(connection, status);
+    return Revision{response.revision()};
+  });
 }
 
 Status Session::Release(std::span<const Revision> revisions) {

@@ -32,8 +32,14 @@ struct ConnectOptions {
   /// For calls that carry or measure a whole mesh. Advances have no timeout of their own: see
   /// AdvanceOptions::time_max.
   std::chrono::milliseconds transfer_timeout{600'000};
-  /// How long a call of a Session tries to take up a lost connection. 0: not at all.
+  /// How long calls of a Session, and others that do no harm twice, try to take up a lost
+  /// connection. 0: not at all.
   std::chrono::milliseconds reconnect_max{60'000};
+  /// While a call waits and nothing comes, the server is asked so often whether it is there; one
+  /// that has not answered after the timeout counts as lost. A pliantd ends connections that ask
+  /// more often than every 10 s. 0: never asked, and a connection that dies silently is waited for.
+  std::chrono::milliseconds keepalive_interval{20'000};
+  std::chrono::milliseconds keepalive_timeout{10'000};
 };
 
 /// What the server says about itself.
@@ -85,9 +91,12 @@ struct SessionInfo {
 
 /// How far one advance may go. Without limits it runs until converged.
 struct AdvanceOptions {
-  std::optional<std::int64_t> visits_max;             ///< > 0.
-  std::optional<std::chrono::milliseconds> time_max;  ///< > 0; from when the server starts.
-  std::chrono::milliseconds progress_interval{100};   ///< >= 10 ms; only with a callback.
+  std::optional<std::int64_t> visits_max = {};             ///< > 0.
+  std::optional<std::chrono::milliseconds> time_max = {};  ///< > 0; from when the server starts.
+  std::chrono::milliseconds progress_interval{100};        ///< >= 10 ms; only with a callback.
+  /// Commits an unfinished revision this often, >= 10 ms, so that replica and subscribers follow
+  /// while the loop runs; less often if they do not keep up. Absent: one revision, at the end.
+  std::optional<std::chrono::milliseconds> commit_interval = {};
 };
 
 /// How a running advance is doing.
@@ -101,13 +110,14 @@ struct AdvanceProgress {
 /// Why an advance ended. After all but kConverged, kVertexLimit and kVisitLimit another advance
 /// goes on where it stopped.
 enum class AdvanceStop {
-  kConverged,      ///< No vertex is active.
-  kVisitBudget,    ///< AdvanceOptions::visits_max.
-  kTimeBudget,     ///< AdvanceOptions::time_max.
-  kCancelled,      ///< Session::Cancel.
-  kVertexLimit,    ///< Ended, but insertions were refused at Options::vertices_max.
-  kVisitLimit,     ///< Variant::kPaper: Options::visits_per_vertex_max.
-  kServerClosing,  ///< The server shuts down.
+  kConverged,    ///< No vertex is active.
+  kVisitBudget,  ///< AdvanceOptions::visits_max.
+  kTimeBudget,   ///< AdvanceOptions::time_max.
+  kCancelled,    ///< Session::Cancel.
+  kVertexLimit,  ///< Ended, but insertions were refused at Options::vertices_max.
+  kVisitLimit,   ///< Variant::kPaper: Options::visits_per_vertex_max.
+  /// The server shuts down, and did not come back in time; or the advance had limits.
+  kServerClosing,
 };
 
 /// What an advance did.

@@ -32,6 +32,29 @@ TEST(Client, ConnectLearnsWhoTheServerIs) {
   EXPECT_EQ(client.address(), server.address());
 }
 
+// Goal: calls that do no harm twice wait for a server that is away for a while; others do not.
+TEST(Client, CallsThatDoNoHarmTwiceAreMadeAgain) {
+  FakeServer server;
+  int tries = 0;
+  server.on_list = [&](const v1::ListSessionsRequest&, v1::ListSessionsResponse* response) {
+    if (++tries < 3) return grpc::Status(grpc::StatusCode::UNAVAILABLE, "starting");
+    response->add_sessions()->set_session_id("a");
+    return grpc::Status::OK;
+  };
+  server.create_status = {grpc::StatusCode::UNAVAILABLE, "starting"};
+  Client client = Connected(server);
+  const auto sessions = client.ListSessions();
+  ASSERT_TRUE(sessions.ok()) << sessions.error().message;
+  EXPECT_EQ(sessions->size(), 1u);
+  EXPECT_EQ(tries, 3);
+  EXPECT_EQ(client.CreateSession(Square(), {.source = SizeMetric{"1"}}).error().code,
+            ErrorCode::kUnavailable);
+  const auto impatient = Client::Connect(server.address(), {.reconnect_max = {}});
+  tries = 0;
+  EXPECT_EQ(Client(*impatient).ListSessions().error().code, ErrorCode::kUnavailable);
+  EXPECT_EQ(tries, 1);
+}
+
 TEST(Client, CreateSendsDomainMetricAndOptions) {
   FakeServer server;
   server.on_edit = [](EditScript& script, int) {

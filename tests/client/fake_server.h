@@ -71,11 +71,13 @@ class EditScript {
     stream_->Write(response);
   }
   /// Reads `open` and answers it; returns the request.
-  v1::EditRequest Open(Revision revision, std::int64_t last_update_id = 0) {
+  v1::EditRequest Open(Revision revision, std::int64_t last_update_id = 0,
+                       std::int32_t staged_count = 0) {
     const v1::EditRequest request = Next();
     v1::EditResponse response;
     response.set_revision(static_cast<std::int64_t>(revision));
     response.mutable_opened()->set_last_update_id(last_update_id);
+    response.mutable_opened()->set_staged_count(staged_count);
     Send(std::move(response));
     return request;
   }
@@ -99,11 +101,13 @@ class EditScript {
     WriteElements(snapshot, columns_, *response.mutable_snapshot());
     Send(std::move(response));
   }
-  void Advanced(const v1::EditRequest& request, const MeshDiff& diff) {
+  void Advanced(const v1::EditRequest& request, const MeshDiff& diff,
+                v1::StopReason reason = v1::STOP_REASON_CONVERGED) {
     v1::EditResponse response;
     response.mutable_advanced()->set_base_revision(static_cast<std::int64_t>(diff.base_revision));
     response.mutable_advanced()->set_revision(static_cast<std::int64_t>(diff.revision));
-    response.mutable_advanced()->set_stop_reason(v1::STOP_REASON_CONVERGED);
+    response.mutable_advanced()->set_stop_reason(reason);
+    response.mutable_advanced()->set_visit_count(10);
     Send(std::move(response), request);
   }
 

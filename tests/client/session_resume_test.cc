@@ -14,6 +14,7 @@
 #include "client/cpp/session.h"
 #include "tests/client/fake_server.h"
 #include "tests/client/session_support.h"
+#include "tests/client/silent_proxy.h"
 
 namespace pliant::client {
 namespace {
@@ -211,6 +212,120 @@ TEST(Session, AnAnnouncedEndOfTheStreamSaysWhy) {
   ASSERT_FALSE(report.ok());
   EXPECT_EQ(report.error().code, ErrorCode::kUnavailable);
   EXPECT_THAT(report.error().message, HasSubstr("shuts down"));
+}
+
+// Another editor has come in between, with numbers after ours: what was staged may have become a
+// part of its revision, or nothing.
+TEST(Session, AStageThatAnotherEditorHasHadIsSentAgain) {
+  const History history(1);
+  FakeServer server;
+  std::vector<std::string> commands;
+  server.on_edit = [&](EditScript& script, int stream) {
+    script.Open(Revision{0}, /*last_update_id=*/stream == 1 ? 0 : 5, /*staged_count=*/stream - 1);
+    script.Accept(script.Next());
+    const v1::EditRequest second = script.Next();
+    if (stream == 1) return PulledCable();
+    commands.push_back(std::to_string(second.update_id()) + (second.has_advance() ? "" : "!"));
+    script.SendDiff(history.Diff(1));
+    script.Advanced(second, history.Diff(1));
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(server);
+  ASSERT_TRUE(session->UpdateMetric({.source = SizeMetric{"0.1"}}).ok());
+  const Status lost = session->UpdateMetric({.source = SizeMetric{"0.2"}});
+  ASSERT_FALSE(lost.ok());
+  EXPECT_EQ(lost.error().code, ErrorCode::kUpdateRejected);
+  EXPECT_THAT(lost.error().message, HasSubstr("another editor"));
+  ASSERT_TRUE(session->Advance().ok());
+  EXPECT_EQ(commands, (std::vector<std::string>{"7"})) << "a discard goes first";
+}
+
+// A server that shuts down ends an advance; who asked for no limit gets all of it from the next.
+TEST(Session, AnAdvanceGoesOnWhereTheNextServerIsThere) {
+  const History history(2);
+  FakeServer server;
+  std::atomic<int> streams = 0;
+  server.on_edit = [&](EditScript& script, int stream) {
+    streams = stream;
+    script.Open(Revision{stream - 1}, /*last_update_id=*/stream - 1);
+    const v1::EditRequest advance = script.Next();
+    const MeshDiff diff = history.Diff(static_cast<std::size_t>(stream));
+    script.SendDiff(diff);
+    const bool is_last = stream == 2 || advance.advance().has_budget_visits();
+    script.Advanced(advance, diff,
+                    stream == 1 ? v1::STOP_REASON_SERVER_CLOSING : v1::STOP_REASON_CONVERGED);
+    if (is_last) script.Next();
+    return PulledCable();
+  };
+  int change_count = 0;
+  const auto report = Open(server)->Advance({}, {}, [&](const MeshDiff&) { ++change_count; });
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->base_revision, Revision{0});
+  EXPECT_EQ(report->revision, Revision{2});
+  EXPECT_EQ(report->stop, AdvanceStop::kConverged);
+  EXPECT_EQ(report->visits, 20);
+  EXPECT_EQ(change_count, 2);
+  EXPECT_EQ(streams, 2);
+}
+
+TEST(Session, AnAdvanceWithALimitEndsWithTheServer) {
+  const History history(1);
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int) {
+    script.Open(Revision{0});
+    const v1::EditRequest advance = script.Next();
+    script.SendDiff(history.Diff(1));
+    script.Advanced(advance, history.Diff(1), v1::STOP_REASON_SERVER_CLOSING);
+    return PulledCable();
+  };
+  const auto report = Open(server)->Advance({.visits_max = 100});
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->stop, AdvanceStop::kServerClosing);
+}
+
+// What was committed is told also where no server comes back.
+TEST(Session, AnAdvanceThatCannotGoOnTellsWhatItDid) {
+  const History history(1);
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int stream) {
+    if (stream > 1) return PulledCable();
+    script.Open(Revision{0});
+    const v1::EditRequest advance = script.Next();
+    script.SendDiff(history.Diff(1));
+    script.Advanced(advance, history.Diff(1), v1::STOP_REASON_SERVER_CLOSING);
+    return PulledCable();
+  };
+  const auto report = Open(server, std::chrono::milliseconds(200))->Advance();
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->stop, AdvanceStop::kServerClosing);
+  EXPECT_EQ(report->revision, Revision{1});
+}
+
+// Goal: a connection that dies without a word is noticed while an advance waits, and made again.
+TEST(Session, AConnectionThatFallsSilentIsMadeAgain) {
+  const History history(1);
+  FakeServer server;
+  SilentProxy proxy(server.address());
+  server.on_edit = [&](EditScript& script, int stream) {
+    script.Open(Revision{0});
+    const v1::EditRequest advance = script.Next();
+    if (stream == 1) {
+      proxy.FallSilent();
+      script.Next();  // Until the server is stopped: nobody ends this stream.
+      return grpc::Status::OK;
+    }
+    script.SendDiff(history.Diff(1));
+    script.Advanced(advance, history.Diff(1));
+    script.Next();
+    return grpc::Status::OK;
+  };
+  const auto session = Open(proxy.address(), {.keepalive_interval = std::chrono::milliseconds(300),
+                                              .keepalive_timeout = std::chrono::milliseconds(300)});
+  const auto report = session->Advance();
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_EQ(report->revision, Revision{1});
+  server.Stop();
 }
 
 }  // namespace

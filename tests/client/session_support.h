@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cstddef>
 #include <memory>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -28,13 +29,17 @@ struct History {
   [[nodiscard]] MeshDiff Snapshot(std::size_t of) const { return DiffOf({}, models[of]); }
 };
 
-inline std::unique_ptr<Session> Open(
-    const FakeServer& server, std::chrono::milliseconds reconnect_max = std::chrono::seconds(60)) {
-  Result<Client> client = Client::Connect(server.address(), {.reconnect_max = reconnect_max});
+inline std::unique_ptr<Session> Open(const std::string& address, const ConnectOptions& options) {
+  Result<Client> client = Client::Connect(address, options);
   EXPECT_TRUE(client.ok());
   Result<std::unique_ptr<Session>> session = client->OpenSession("s1");
   EXPECT_TRUE(session.ok()) << session.error().message;
   return std::move(session).value();
+}
+
+inline std::unique_ptr<Session> Open(
+    const FakeServer& server, std::chrono::milliseconds reconnect_max = std::chrono::seconds(60)) {
+  return Open(server.address(), {.reconnect_max = reconnect_max});
 }
 
 }  // namespace pliant::client
