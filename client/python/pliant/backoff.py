@@ -3,10 +3,23 @@
 import math
 import random
 import time
-from typing import Iterator
+from typing import Any, Callable, Iterator
+
+from pliant import errors
 
 # Pauses before connecting again grow from the first to the last.
 _PAUSE_S_FIRST, _PAUSE_S_LAST = 0.02, 2.0
+
+
+def persist(bound_s: float, attempt: Callable[[], Any]) -> Any:
+    """What `attempt`, a call that does no harm twice, returns: made again while the server is out
+    of reach, for `bound_s` seconds at most."""
+    outage = Outage(bound_s)
+    while True:
+        try:
+            return attempt()
+        except errors.Unavailable as error:
+            outage.pause(error)
 
 
 def pauses() -> Iterator[float]:

@@ -29,9 +29,15 @@ class _Bearer(grpc.UnaryUnaryClientInterceptor, grpc.UnaryStreamClientIntercepto
     intercept_stream_unary = intercept_stream_stream = _intercept
 
 
-def make(address, token=None, tls_roots=None, tls_cert=None, tls_key=None):
+def make(address, token=None, tls_roots=None, tls_cert=None, tls_key=None, keepalive_s=20.0):
     """A channel to `address`; see `pliant.connect`."""
     options = _options(address)
+    if keepalive_s > 0:
+        # A machine that dies, or a firewall that forgets, closes no connection. The last one: else
+        # it would stop asking after two times, while an advance runs in silence.
+        options += [("grpc.keepalive_time_ms", int(1000 * keepalive_s)),
+                    ("grpc.keepalive_timeout_ms", int(500 * keepalive_s)),
+                    ("grpc.http2.max_pings_without_data", 0)]
     if tls_roots is None:
         channel = grpc.insecure_channel(address, options=options)
     else:

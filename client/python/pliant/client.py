@@ -5,7 +5,7 @@ import weakref
 from dataclasses import dataclass
 from typing import Any, List, Mapping, Optional, Sequence
 
-from pliant import arrays, calls, channel, errors, files, geometry, inputs, jobs
+from pliant import arrays, backoff, calls, channel, errors, files, geometry, inputs, jobs
 from pliant import options as opts
 from pliant.session import Session
 from pliant.subscription import Subscription
@@ -46,8 +46,9 @@ class Client(jobs.JobCalls, files.FileCalls):
     Threads: may be used from several threads. Do not fork a process that has a client.
     """
 
-    def __init__(self, address: str, server: Any = None, **security):
+    def __init__(self, address: str, server: Any = None, reconnect_s: float = 60.0, **security):
         self.address = address
+        self._reconnect_s = reconnect_s
         self._server = server
         self._channel = channel.make(address, **security)
         super().__init__(self._channel)
@@ -159,8 +160,8 @@ class Client(jobs.JobCalls, files.FileCalls):
         """All sessions of the server, oldest first."""
         found, token = [], ""
         while True:
-            page = calls.call(self._sessions.ListSessions,
-                        session_pb2.ListSessionsRequest(page_token=token))
+            request = session_pb2.ListSessionsRequest(page_token=token)
+            page = self._persist(lambda: calls.call(self._sessions.ListSessions, request))
             found += [SessionInfo(one.session_id, one.revision, one.counts.vertex_count,
                                   one.counts.triangle_count, one.active_count, dict(one.labels))
                       for one in page.sessions]
@@ -186,6 +187,9 @@ class Client(jobs.JobCalls, files.FileCalls):
     def __repr__(self):
         return f"Client({self.address!r}, version {self.version})"
 
+    def _persist(self, attempt):
+        return backoff.persist(self._reconnect_s, attempt)
+
     def _session(self, session_id, is_owner, parts, reconnect_s):
         session = Session(self._sessions, session_id, is_owner, parts, reconnect_s)
         self._open.add(session)
@@ -203,7 +207,8 @@ class Client(jobs.JobCalls, files.FileCalls):
 
 def connect(address: str = "localhost:7447", *, token: Optional[str] = None,
             tls_roots: Optional[bytes] = None, tls_cert: Optional[bytes] = None,
-            tls_key: Optional[bytes] = None) -> Client:
+            tls_key: Optional[bytes] = None, keepalive_s: float = 20.0,
+            reconnect_s: float = 60.0) -> Client:
     """Connects to a server.
 
     Args:
@@ -211,6 +216,11 @@ def connect(address: str = "localhost:7447", *, token: Optional[str] = None,
         token: what the server knows us by, if it wants a token.
         tls_roots: PEM text: who signs the server's certificate. Default: no encryption.
         tls_cert, tls_key: PEM texts: our own certificate and key, where the server wants them.
+        keepalive_s: while a call waits and nothing comes, the server is asked so often whether it
+            is there; one that has not answered after half as long counts as lost. Not less than
+            10, which a pliantd takes as an attack. 0: never.
+        reconnect_s: how long calls that do no harm twice (lists, downloads, ...) try to reach a
+            server that was lost; those of a session have their own.
 
     Raises:
         Unauthenticated: the server wants a token, or does not know this one.
@@ -218,7 +228,7 @@ def connect(address: str = "localhost:7447", *, token: Optional[str] = None,
     """
     try:
         return Client(address, token=token, tls_roots=tls_roots, tls_cert=tls_cert,
-                      tls_key=tls_key)
+                      tls_key=tls_key, keepalive_s=keepalive_s, reconnect_s=reconnect_s)
     except (errors.Unavailable, errors.DeadlineExceeded) as error:
         raise errors.Unavailable(
             "UNAVAILABLE", f"no pliantd answers at {address} ({error.message}); is it running? "

@@ -12,6 +12,8 @@ from pliant.v1 import edit_pb2
 # How long a session may still be busy with an editor that has just gone, and with the connection
 # that this client has just lost, which the server may notice later than the client.
 _BUSY_S_FIRST, _BUSY_S_AGAIN = 0.5, 5.0
+# Commands after which nothing is staged.
+_ENDS_OF_STEPS = ("advance", "rollback", "discard")
 # Time for a server that is there to answer.
 _WAIT_S_MIN = 1.0
 
@@ -48,6 +50,8 @@ class Editor:
         numbered = [(first + i, *command) for i, command in enumerate(commands)]
         self._last_update_id += len(numbered)
         self._must_discard = True
+        # Updates that wait for a later advance: what becomes of them must be known.
+        only_stages = numbered[-1][1] not in _ENDS_OF_STEPS
         outage = backoff.Outage(self._reconnect_s)
         while True:
             start = time.monotonic()
@@ -61,7 +65,7 @@ class Editor:
                     outage = backoff.Outage(self._reconnect_s)
                 outage.pause(error)
                 # Commands that the server has seen are answered again, not applied again.
-                self._open_stream(outage)
+                self._open_stream(outage, only_stages)
         self._must_discard = False
         self._staged_id = numbered[-1][0] if answers[-1].accepted.staged_count else 0
         if on_change is not None:
@@ -74,7 +78,7 @@ class Editor:
             self._staged_id = 0
         outage = backoff.Outage(self._reconnect_s)
         while self._stream is None:
-            opened = self._open_stream(outage)
+            opened = self._open_stream(outage, self._staged_id > 0)
             if not self._must_discard or not opened.staged_count:
                 continue
             self._last_update_id += 1
@@ -105,7 +109,7 @@ class Editor:
             broken.close()
             raise
 
-    def _open_stream(self, outage):
+    def _open_stream(self, outage, has_half_a_step):
         """A stream at last, unless the outage ends before; returns its `Opened`."""
         busy = backoff.Outage(_BUSY_S_AGAIN if self._was_open else _BUSY_S_FIRST)
         while self._stream is None:
@@ -122,11 +126,16 @@ class Editor:
                 outage.pause(error)
         self._was_open = True
         opened = self._stream.opened
+        # Numbers after ours: another editor has had what is staged, and may have committed it in
+        # its own revision, or thrown it away.
+        is_overtaken = opened.last_update_id > self._last_update_id
         self._last_update_id = max(self._last_update_id, opened.last_update_id)
-        if opened.last_update_id < self._staged_id:
-            # Only a session that is not on disk at once. The rest would be half of a step.
+        is_lost = opened.last_update_id < self._staged_id  # A session not on disk at once.
+        if is_lost or (is_overtaken and has_half_a_step):
+            # The rest would be half of a step.
             self._stream.cancel()
             self._stream, self._staged_id, self._must_discard = None, 0, True
             raise errors.FailedPrecondition(
-                "UPDATE_REJECTED", "the server has lost what was staged; stage it again")
+                "UPDATE_REJECTED", "what was staged was lost together with the connection, or "
+                "another editor has taken it; stage it again")
         return opened

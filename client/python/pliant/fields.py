@@ -108,7 +108,11 @@ def field_values(name, values, ids, location, sender):
     if given.ndim == 1:
         given = arrays.as_floats(field, given.reshape(-1, 1), 1).reshape(-1)
     else:
-        given = arrays.as_floats(field, given, given.shape[1] if given.ndim == 2 else 1)
+        if given.ndim != 2 or not 1 <= given.shape[1] <= 3:
+            raise InvalidInput("ARRAY_LENGTH", f"{field} has the shape {given.shape}; expected "
+                               "(n,) for a scalar, (n, 2) for a vector or (n, 3) for a symmetric "
+                               f"tensor, one row for each {location}", field=field)
+        given = arrays.as_floats(field, given, given.shape[1])
     return mesh_pb2.FieldValues(
         name=name, location=_LOCATIONS[location], values=sender.array(given),
         ids=None if ids is None else sender.array(arrays.as_integers("fields.ids", ids)))

@@ -7,7 +7,7 @@ from pliant.v1 import session_pb2
 
 
 class FileCalls:
-    """The calls of a `Client` on files; it has the stub `_sessions`."""
+    """The calls of a `Client` on files; it has the stub `_sessions` and `_persist`."""
 
     def export_session(self, session_id: str) -> bytes:
         """A session at its current revision as the bytes of a file, opaque.
@@ -18,12 +18,17 @@ class FileCalls:
             ResourceExhausted: the file would be larger than what can be imported.
         """
         request = session_pb2.ExportSessionRequest(session_id=session_id)
-        found = None
-        for response, blobs in downloads.messages(lambda: self._sessions.ExportSession(request)):
-            found = blobs.array(response.file.data, "file.data", "u1").tobytes()
-        if found is None:
-            raise arrays.broken("the download ended without a file")
-        return found
+
+        def download():
+            found = None
+            for response, blobs in downloads.messages(
+                    lambda: self._sessions.ExportSession(request)):
+                found = blobs.array(response.file.data, "file.data", "u1").tobytes()
+            if found is None:
+                raise arrays.broken("the download ended without a file")
+            return found
+
+        return self._persist(download)
 
     def import_session(self, file: bytes, session_id: str = "") -> str:
         """Creates a session from what `export_session` gave, on this or another server.

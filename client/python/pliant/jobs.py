@@ -119,13 +119,17 @@ class JobCalls:
         Raises:
             NotFound: there is none of that name, or its time is over.
         """
+        return self._persist(lambda: self._look(job_id))
+
+    def _look(self, job_id):
         return _from_wire(calls.call(self._jobs.GetJob, job_pb2.GetJobRequest(job_id=job_id)).job)
 
     def list_jobs(self) -> List[JobInfo]:
         """All jobs, newest first."""
         found, token = [], ""
         while True:
-            page = calls.call(self._jobs.ListJobs, job_pb2.ListJobsRequest(page_token=token))
+            request = job_pb2.ListJobsRequest(page_token=token)
+            page = self._persist(lambda: calls.call(self._jobs.ListJobs, request))
             found += map(_from_wire, page.jobs)
             token = page.next_page_token
             if not token:
@@ -134,7 +138,7 @@ class JobCalls:
     def cancel_job(self, job_id: str) -> JobInfo:
         """Stops a job; one that has ended stays as it is."""
         request = job_pb2.CancelJobRequest(job_id=job_id)
-        return _from_wire(calls.call(self._jobs.CancelJob, request).job)
+        return _from_wire(self._persist(lambda: calls.call(self._jobs.CancelJob, request)).job)
 
     def fetch_result(self, job_id: str, with_metric: bool = False) -> replica.MeshView:
         """The mesh of a job that is done, numbered 0..n-1.
@@ -144,7 +148,8 @@ class JobCalls:
         """
         request = job_pb2.FetchResultRequest(
             job_id=job_id, parts=[mesh_pb2.MESH_PART_METRIC] if with_metric else [])
-        return downloads.mesh(lambda: self._jobs.FetchResult(request))
+        fetch = self._jobs.FetchResult
+        return self._persist(lambda: downloads.mesh(lambda: fetch(request)))
 
     def wait_for_job(self, job_id: str, timeout_s: Optional[float] = None,
                      reconnect_s: float = 60.0,
@@ -164,7 +169,7 @@ class JobCalls:
         pause_s = _PAUSE_S_MIN
         while True:
             try:
-                job = self.get_job(job_id)
+                job = self._look(job_id)
                 last_answer = time.monotonic()
                 if job.ended:
                     return job

@@ -5,7 +5,8 @@ from typing import Any, Callable, List, Optional
 
 import numpy as np
 
-from pliant import arrays, calls, constraints, diff, downloads, editor, errors, fields, geometry
+from pliant import arrays, backoff, calls, constraints, diff, downloads, editor, errors
+from pliant import fields, geometry
 from pliant import inputs, motion, quality, replica
 from pliant import metric as metrics
 from pliant import options as opts
@@ -39,6 +40,7 @@ class Session:
         self._session_id = session_id
         self._is_owner = is_owner
         self._lock = threading.RLock()
+        self._reconnect_s = reconnect_s
         self._editor = editor.Editor(stub, session_id, list(parts), reconnect_s)
         self._mirror, self._changes = self._editor.mirror, self._editor.changes
         self._last_diff: Optional[diff.Diff] = None
@@ -239,6 +241,9 @@ class Session:
                 on_change: Optional[Callable[[replica.Change], None]] = None) -> diff.Diff:
         """Commits what is staged and runs the loop until converged, or as long as allowed.
 
+        Without a limit it goes on, if the server shuts down, when there is a server again within
+        `reconnect_s`; the `Diff` is then that of its last part.
+
         Args:
             visits_max: at most this many visits of vertices, > 0.
             time_ms_max: at most this long, in ms, > 0.
@@ -312,8 +317,10 @@ class Session:
 
     def save_revision(self, revision: int = 0) -> int:
         """Keeps a revision (0: the current one) within reach of `rollback`; returns it."""
-        request = session_pb2.SaveRevisionRequest(session_id=self._session_id, revision=revision)
-        return calls.call(self._stub.SaveRevision, request).revision
+        # By its number, so that a second try does not keep a later one.
+        request = session_pb2.SaveRevisionRequest(session_id=self._session_id,
+                                                  revision=revision or self._mirror.revision)
+        return self._persist(lambda: calls.call(self._stub.SaveRevision, request)).revision
 
     def release(self, *revisions: int) -> None:
         """Lets go of saved revisions."""
@@ -334,8 +341,9 @@ class Session:
             basis: against the metric that it follows ("limited") or, without limits, the one that
                 was sent ("raw").
         """
-        response = calls.call(self._stub.GetQuality, session_pb2.GetQualityRequest(
-            session_id=self._session_id, basis=quality.basis_to_wire(basis)))
+        request = session_pb2.GetQualityRequest(
+            session_id=self._session_id, basis=quality.basis_to_wire(basis))
+        response = self._persist(lambda: calls.call(self._stub.GetQuality, request))
         return quality.from_wire(response.quality)
 
     def download(self) -> replica.MeshView:
@@ -345,7 +353,7 @@ class Session:
         """
         request = session_pb2.GetMeshRequest(session_id=self._session_id)
         get_mesh = self._stub.GetMesh
-        return downloads.mesh(lambda: get_mesh(request))
+        return self._persist(lambda: downloads.mesh(lambda: get_mesh(request)))
 
     def delete(self) -> None:
         """Ends the session and frees what the server holds of it. Again: does nothing."""
@@ -387,6 +395,9 @@ class Session:
         counts = self._mirror.counts
         return (f"Session({self._session_id!r}, revision {self.revision}, "
                 f"{counts.vertices} vertices, {counts.triangles} triangles)")
+
+    def _persist(self, attempt):
+        return backoff.persist(self._reconnect_s, attempt)
 
     def _seen_revision(self):
         if self._mirror.revision == 0:
@@ -444,7 +455,15 @@ class Session:
             message.progress_interval_ms = _PROGRESS_MS
         if commit_interval_ms is not None:
             message.commit_interval_ms = commit_interval_ms
-        return self._finish_by("advance", message, commands, on_progress, on_change)
+        done = self._finish_by("advance", message, commands, on_progress, on_change)
+        # Who sets no limit wants it converged, by the next server if this one shuts down.
+        until_converged = advance is None or advance == opts.Advance()
+        while done.stop_reason == "SERVER_CLOSING" and until_converged:
+            try:
+                done = self._finish_by("advance", message, [], on_progress, on_change)
+            except errors.Unavailable:
+                break  # What is committed is committed.
+        return done
 
     def _finish_by(self, name, message, commands, on_progress, on_change=None):
         """Runs commands of which the last one, `name`, makes a revision; its Diff."""

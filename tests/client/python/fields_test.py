@@ -115,3 +115,13 @@ def test_the_mesh_follows_a_solution(session):
     assert abs(share_of_ideal(800) - 1) < 0.1
     with pytest.raises(pliant.InvalidInput):
         session.update_metric(pliant.metric.solution("nothing", complexity=400))
+
+
+@pytest.mark.parametrize("shape", [(5,), (2, 3)])
+def test_a_field_of_another_shape_is_refused(client, shape):
+    with client.create_session(domain=SQUARE, metric=pliant.metric.size(0.5)) as session:
+        count = len(session.mesh.points)
+        with pytest.raises(pliant.InvalidInput, match=r"expected \(n,\) for a scalar") as caught:
+            session.set_field("u", np.zeros((count, *shape)))
+        assert caught.value.field == "fields.u"
+        assert session.revision == 1
