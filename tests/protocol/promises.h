@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <cstdint>
 #include <map>
 #include <set>
@@ -49,15 +50,21 @@ inline std::string Broken(const char* promise, const std::string& how) {
 
 inline std::string Text(std::int64_t number) { return std::to_string(number); }
 
-/// No diff or snapshot leads back or stands still, and `revision` never falls.
+/// No diff or snapshot leads back or stands still, and `revision` never falls, but in answers that
+/// are repeated on another stream: those say what they said first.
 inline std::string CheckOrdered(const Transcript& transcript) {
   std::int64_t mirror = 0;
   std::int64_t session = 0;
+  int stream_count = 0;
   for (const v1::EditResponse& response : transcript.seen) {
-    if (response.revision() < session) {
+    if (response.has_opened()) ++stream_count;
+    const bool may_be_repeated =
+        stream_count > 1 &&
+        (response.has_accepted() || response.has_rejected() || response.has_advanced());
+    if (response.revision() < session && !may_be_repeated) {
       return Broken(kOrdered, "revision " + Text(response.revision()) + " after " + Text(session));
     }
-    session = response.revision();
+    session = std::max(session, response.revision());
     if (!response.has_diff() && !response.has_snapshot()) continue;
     const std::int64_t next =
         response.has_diff() ? response.diff().revision() : response.snapshot().revision();
@@ -77,6 +84,7 @@ inline std::string CheckAtomic(const Transcript& transcript) {
   std::map<std::int64_t, int> made;  // Diffs by the revision that they lead to.
   for (const v1::EditResponse& response : transcript.seen) {
     const std::int64_t id = response.update_id();
+    if (response.has_opened()) revision = response.revision();
     if (response.has_diff()) ++made[response.diff().revision()];
     if (response.has_rejected() && transcript.updates.contains(id)) step_is_bad = true;
     if (!transcript.advances.contains(id)) continue;

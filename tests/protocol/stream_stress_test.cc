@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "core/base/rng.h"
+#include "tests/protocol/promises.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/mirror.h"
 #include "tests/support/subscribe_client.h"
@@ -71,26 +72,38 @@ class Client {
     const v1::EditResponse opened = edit.Next();
     if (!opened.has_opened()) return;  // Busy, or deleted meanwhile.
     std::int64_t update = opened.opened().last_update_id();
+    Transcript transcript{.updates = {}, .advances = {}, .seen = {opened}};
+    const auto read = [&] {
+      for (v1::EditResponse& response : edit.Until(update)) {
+        const bool is_end = response.has_closing() || response.event_case() == 0;
+        if (is_end) continue;  // Somebody has deleted the session.
+        revisions += response.has_advanced();
+        transcript.seen.push_back(std::move(response));
+      }
+    };
     for (std::uint64_t step = rng_.Below(4); step > 0; --step) {
       edit.Size(++update, rng_.Below(8) == 0 ? "0.1 +" : SizeText());
+      transcript.updates.insert(update);
       edit.Advance(++update);
+      transcript.advances.insert(update);
       if (rng_.Below(3) == 0) {
         v1::EditRequest cancel;
         cancel.mutable_cancel()->set_advance_update_id(update);
         edit.Send(cancel);
       }
       if (rng_.Below(4) == 0) break;  // Dies with an advance on its way.
-      for (const v1::EditResponse& response : edit.Until(update)) {
-        if (response.has_advanced()) ++revisions;
-      }
+      read();
       if (rng_.Below(4) == 0) {
         v1::EditRequest rollback;
         rollback.set_update_id(++update);
         rollback.mutable_rollback()->set_to_revision(1);
         edit.Send(rollback);
-        edit.Until(update);
+        transcript.advances.insert(update);  // It makes one revision, or none, as they do.
+        read();
       }
     }
+    EXPECT_EQ(CheckOrdered(transcript), "");
+    EXPECT_EQ(CheckAtomic(transcript), "");
     if (rng_.Below(2) == 0) {
       edit.Cancel();
     } else {

@@ -1,77 +1,51 @@
 #include "tests/simulation/schedule.h"
 
 #include <algorithm>
-#include <chrono>
 #include <utility>
-#include <variant>
+
+#include "tests/protocol/promises.h"
 
 namespace pliant::simulation {
 namespace {
 
-constexpr int kSteps = 160;
-constexpr int kUnansweredMax = 5;
+constexpr int kEvents = 400;
+constexpr int kLibraryEditors = 2;
 constexpr int kFollowers = 2;
+constexpr int kForksMax = 1;
+constexpr int kFinishTries = 60;
 constexpr int kSettleMax = 20'000;
-
-server::EngineInput SmallInput() {
-  Domain square;
-  square.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
-  square.segments = {{0, 1, 1}, {1, 2, 2}, {2, 3, 3}, {3, 0, 4}};
-  server::EngineInput input;
-  input.start = std::move(square);
-  input.metric.source = SizeMetric{"0.4"};
-  return input;
-}
-
-// Everything that a repeated answer must say again.
-std::string Essence(const v1::EditResponse& response) {
-  if (response.has_rejected()) return "rejected " + response.rejected().error().reason();
-  if (response.has_advanced()) {
-    return "advanced " + std::to_string(response.advanced().revision()) + " " +
-           std::to_string(response.advanced().state_hash());
-  }
-  return "accepted";
-}
-
-// As the server's stream gives each command one; here no two say the same.
-server::UpdateCommand WithFingerprint(server::UpdateCommand command) {
-  command.fingerprint.hash = static_cast<std::uint64_t>(command.update_id);
-  if (std::holds_alternative<server::AdvanceSpec>(command.body)) {
-    command.fingerprint.kind = server::UpdateKind::kAdvance;
-  } else if (std::holds_alternative<server::DiscardUpdate>(command.body)) {
-    command.fingerprint.kind = server::UpdateKind::kDiscard;
-  } else {
-    command.fingerprint.kind = server::UpdateKind::kMetric;
-  }
-  return command;
-}
 
 }  // namespace
 
-Schedule::Schedule(std::uint64_t seed) : rng_(seed), clock_(seed + 1), scheduler_(0, clock_) {
-  session_ = std::make_shared<server::Session>(
-      server::Session::Environment{.clock = &clock_,
-                                   .scheduler = &scheduler_,
-                                   .log = &log_,
-                                   .factory = server::RemesherFactory(),
-                                   .on_broken = [](const std::string&) {},
-                                   .visits_per_step = 7,
-                                   .history_bytes_max = 1 + rng_.Below(20'000)},
-      "s", std::map<std::string, std::string>{});
-  session_->Start(SmallInput(), [this](const Status& status) {
-    if (!status.ok()) Fail("create: " + status.error().message);
-  });
-  followers_.resize(kFollowers);
+void Tally::Add(const Tally& other) {
+  commits += other.commits;
+  refusals += other.refusals;
+  reopens += other.reopens;
+  deaths += other.deaths;
+  repeats += other.repeats;
+  collisions += other.collisions;
+  rollbacks += other.rollbacks;
+  saved += other.saved;
+  forks += other.forks;
+  unfinished += other.unfinished;
+  merged += other.merged;
+  snapshots += other.snapshots;
+  busy += other.busy;
 }
 
-Schedule::~Schedule() {
-  session_->Close({ErrorCode::kSessionNotFound, "the schedule is over", {}});
-  while (scheduler_.RunOne()) {
+Schedule::Schedule(std::uint64_t seed)
+    : rng_(seed), server_(rng_, seed + 1), imitation_(*this), followers_(kFollowers) {
+  for (int i = 0; i < kLibraryEditors; ++i) {
+    library_.push_back(std::make_unique<LibraryEditor>(*this));
   }
+  for (Follower& follower : followers_) follower.place = &server_.places()[rng_.Below(2)];
 }
+
+// Editors go first: those of the library end their streams.
+Schedule::~Schedule() { library_.clear(); }
 
 std::string Schedule::Run() {
-  for (int step = 0; step < kSteps && wrong_.empty(); ++step) Step();
+  while (event_count_ < kEvents && wrong_.empty()) Happens();
   if (wrong_.empty()) Settle();
   if (wrong_.empty()) CheckEnd();
   return wrong_;
@@ -81,174 +55,117 @@ void Schedule::Fail(const std::string& what) {
   if (wrong_.empty()) wrong_ = what;
 }
 
-void Schedule::Step() {
-  switch (rng_.Below(16)) {
+// Somebody waits for something. Beyond the length of the schedule only what helps him happens.
+void Schedule::Meanwhile() {
+  if (event_count_ < kEvents && !is_settling_) return Happens();
+  ++event_count_;
+  Deliver();
+  imitation_.Receive();
+  ServerNotices();
+}
+
+void Schedule::Happens() {
+  ++event_count_;
+  switch (rng_.Below(24)) {
     case 0:
     case 1:
+      return imitation_.Act();
     case 2:
-      return ClientActs();
     case 3:
     case 4:
+      return imitation_.Receive();
     case 5:
-      return ServerReceives();
     case 6:
     case 7:
+      return library_[rng_.Below(library_.size())]->Act();
     case 8:
-      return ClientReceives();
+      return library_[rng_.Below(library_.size())]->Cancel();
     case 9:
+      return imitation_.Cancel();
     case 10:
+      return LoseConnection();
     case 11:
-      scheduler_.RunOne();
-      return;
-    case 12:
-      if (rng_.Below(3) == 0) LoseConnection();
-      return;
-    case 13:
       return ServerNotices();
+    case 12:
+      return SomebodyCalls();
+    case 13:
     case 14:
-      session_->CancelAdvance(last_update_id_);
-      return;
-    default:
       return FollowerActs(followers_[rng_.Below(followers_.size())]);
+    default:
+      return Deliver();
   }
 }
 
-// --- The editing client
-// ---------------------------------------------------------------------------
-
-void Schedule::ClientActs() {
-  if (link_ == nullptr) return Connect();
-  if (!is_open_ || unanswered_.size() >= kUnansweredMax) return;
-  Update update{RandomUpdate(), 1};
-  link_->up.emplace_back(update.command);
-  unanswered_.emplace(update.command.update_id, std::move(update));
-}
-
-void Schedule::Connect() {
-  link_ = std::make_shared<EditLink>(1 + rng_.Below(6));
-  is_open_ = false;
-  link_->up.emplace_back(server::OpenCommand{.mirror_revision = Revision(mirror_.revision)});
-}
-
-void Schedule::SendAgain() {
-  for (auto& [id, update] : unanswered_) {
-    link_->up.emplace_back(update.command);
-    if (++update.times_sent > 1) ++tally_.repeats;
+// A message arrives, or the server works.
+void Schedule::Deliver() {
+  if (!links_.empty() && rng_.Below(2) == 0) {
+    server_.Receive(links_[rng_.Below(links_.size())]);
+  } else {
+    server_.RunOne();
   }
+  Fail(server_.wrong());
 }
 
-server::UpdateCommand Schedule::RandomUpdate() {
-  server::UpdateCommand command{.update_id = ++last_update_id_, .body = server::DiscardUpdate{}};
-  const std::uint64_t kind = rng_.Below(10);
-  if (kind < 5) {
-    server::AdvanceSpec spec;
-    if (rng_.Below(2) == 0) spec.visits_max = 1 + static_cast<std::int64_t>(rng_.Below(60));
-    if (rng_.Below(3) == 0) spec.time_max = std::chrono::milliseconds(1 + rng_.Below(3));
-    if (rng_.Below(3) == 0) spec.commit_interval = std::chrono::milliseconds(1);
-    command.body = spec;
-  } else if (kind < 7) {
-    server::MetricUpdate update;
-    update.source = SizeMetric{rng_.Below(6) == 0 ? "-1" : std::to_string(rng_.Uniform(0.2, 0.6))};
-    command.body = std::move(update);
-  } else if (kind < 9) {
-    server::MetricUpdate update;
-    server::VertexTensors tensors{.revision = Revision(mirror_.revision)};
-    tensors.tensors.assign(mirror_.vertices.size(), Metric::Isotropic(rng_.Uniform(0.2, 0.6)));
-    update.source = std::move(tensors);
-    command.body = std::move(update);
-  }
-  return WithFingerprint(std::move(command));
+// --- Connections --------------------------------------------------------------------------------
+
+std::shared_ptr<EditLink> Schedule::Connect() {
+  return links_.emplace_back(std::make_shared<EditLink>(1 + rng_.Below(6)));
 }
 
-void Schedule::ClientReceives() {
-  if (link_ == nullptr) return;
-  if (link_->down.empty()) {
-    if (link_->is_dead) LoseConnection();
-    return;
-  }
-  const v1::EditResponse response = std::move(link_->down.front());
-  link_->down.pop_front();
-  session_->Wake();  // There is room for answers again.
-  Take(response);
+// Whatever was on its way is lost.
+void Schedule::Leave(const std::shared_ptr<EditLink>& link) {
+  if (std::erase(links_, link) == 0) return;
+  link->is_lost = true;
+  unnoticed_.push_back(link);
+  if (is_settling_ || rng_.Below(2) == 0) ServerNotices();
 }
 
-void Schedule::Take(const v1::EditResponse& response) {
-  if (response.has_opened()) {
-    is_open_ = true;
-    SendAgain();
-  } else if (response.has_diff()) {
-    if (response.diff().revision() - response.diff().base_revision() > 1) ++tally_.merged;
-    if (const std::string wrong = mirror_.Apply(response.diff()); !wrong.empty()) Fail(wrong);
-  } else if (response.has_snapshot()) {
-    ++tally_.snapshots;
-    if (const std::string wrong = mirror_.Take(response.snapshot()); !wrong.empty()) Fail(wrong);
-  } else if (!response.has_progress()) {
-    const std::int64_t id = response.update_id();
-    const auto [first, is_first] = answers_.emplace(id, Essence(response));
-    if (!is_first && first->second != Essence(response)) {
-      Fail("update " + std::to_string(id) + " was answered with '" + first->second +
-           "' and then with '" + Essence(response) + "'");
-    }
-    if (is_first) {
-      tally_.rejections += response.has_rejected();
-      tally_.advances += response.has_advanced();
-      if (response.has_advanced()) {
-        if (response.advanced().base_revision() != committed_) Fail("an advance is missing");
-        committed_ = response.advanced().revision();
-      }
-      tally_.unfinished += response.advanced().active_count() > 0;
-    }
-    if (unanswered_.empty() || (is_first && unanswered_.begin()->first != id)) {
-      Fail("the answer to update " + std::to_string(id) + " came out of order");
-    }
-    unanswered_.erase(id);
-  }
-}
-
-// --- The connection
-// -------------------------------------------------------------------------------
-
-void Schedule::ServerReceives() {
-  if (link_ == nullptr || link_->is_dead || link_->up.empty()) return;
-  server::SessionCommand command = std::move(link_->up.front());
-  link_->up.pop_front();
-  if (std::holds_alternative<server::OpenCommand>(command) && !session_->Attach(link_).ok()) {
-    ++tally_.busy;
-    link_ = nullptr;  // Refused: the client will come again.
-    return;
-  }
-  link_->arrived.push_back(std::move(command));
-  session_->Wake();
-}
-
-// The client notices; the server perhaps later. Whatever was on its way is lost.
 void Schedule::LoseConnection() {
-  if (link_ == nullptr) return;
+  if (links_.empty() || rng_.Below(2) == 0) return;
   ++tally_.deaths;
-  unnoticed_.push_back(std::exchange(link_, nullptr));
-  is_open_ = false;
-  if (rng_.Below(2) == 0) ServerNotices();
+  const std::size_t index = rng_.Below(links_.size() + 1);
+  // The imitation finds out at once; the library when it reads or writes.
+  if (index == links_.size()) return imitation_.Lose();
+  Leave(std::shared_ptr<EditLink>(links_[index]));
 }
 
 void Schedule::ServerNotices() {
-  for (const auto& link : std::exchange(unnoticed_, {})) {
-    link->is_dead = true;
-    session_->Detach(link.get());
-  }
-  session_->Wake();
+  for (const auto& link : std::exchange(unnoticed_, {})) server_.Drop(*link);
 }
 
-// --- Subscribers
-// ----------------------------------------------------------------------------------
+// --- Callers and subscribers --------------------------------------------------------------------
+
+void Schedule::SomebodyCalls() {
+  std::deque<Place>& places = server_.places();
+  Place& place = places[rng_.Below(places.size())];
+  const std::int64_t revision = place.ledger.revision();
+  switch (rng_.Below(8)) {
+    case 0:
+      if (places.size() < 2 + kForksMax) server_.Fork(place);
+      return;
+    case 1:
+    case 2:
+      return server_.Save(place);
+    case 3:
+      return server_.Release(place);
+    default:
+      if (revision == 0) return;
+      // Not the editor: it takes a number that an editor may have in mind.
+      return server_.RollbackTo(
+          place, 1 + static_cast<std::int64_t>(rng_.Below(static_cast<std::uint64_t>(revision))),
+          place.ledger.last_update_id() + static_cast<std::int64_t>(rng_.Below(2)));
+  }
+}
 
 void Schedule::FollowerActs(Follower& follower) {
   if (follower.link == nullptr || follower.link->is_dead) {
-    follower.link = std::make_shared<SubscribeLink>();
-    if (!session_->Subscribe(follower.link, Revision(follower.mirror.revision)).ok()) {
+    follower.link = std::make_shared<SubscribeLink>(follower.place);
+    if (!follower.place->session->Subscribe(follower.link, Revision(follower.mirror.revision))
+             .ok()) {
       follower.link = nullptr;
     }
   } else if (rng_.Below(8) == 0) {
-    session_->Unsubscribe(follower.link.get());
+    follower.place->session->Unsubscribe(follower.link.get());
     follower.link = nullptr;
   } else {
     FollowerReceives(follower);
@@ -259,7 +176,8 @@ void Schedule::FollowerReceives(Follower& follower) {
   if (follower.link == nullptr || follower.link->down.empty()) return;
   const v1::SubscribeResponse response = std::move(follower.link->down.front());
   follower.link->down.pop_front();
-  session_->WakeForSubscriber();
+  follower.place->session->WakeForSubscriber();
+  const std::int64_t before = follower.mirror.revision;
   std::string wrong;
   if (response.has_diff()) {
     if (response.diff().revision() - response.diff().base_revision() > 1) ++tally_.merged;
@@ -269,59 +187,98 @@ void Schedule::FollowerReceives(Follower& follower) {
     ++tally_.snapshots;
     wrong = follower.mirror.Take(response.snapshot());
   }
-  if (!wrong.empty()) Fail("a subscriber: " + wrong);
+  if (!wrong.empty()) Fail("a subscriber: " + test::Broken(test::kComplete, wrong));
+  if (follower.mirror.revision < before) {
+    Fail("a subscriber: " + test::Broken(test::kOrdered, "its mirror went back"));
+  }
 }
 
-// --- The end
-// --------------------------------------------------------------------------------------
+// --- The end ------------------------------------------------------------------------------------
 
 // The network is well from now on: everything must be answered.
 void Schedule::Settle() {
+  is_settling_ = true;
+  imitation_.Lose();
   ServerNotices();
-  bool is_last_sent = false;
+  while (server_.RunOne()) {  // Calls that wait, above all.
+  }
+  for (int tries = 0; !library_.empty() && wrong_.empty(); ++tries) {
+    if (tries > kFinishTries) Fail("the client library does not get through any more");
+    std::erase_if(library_, [&](const auto& editor) {
+      if (!wrong_.empty() || !editor->Finish()) return false;
+      Count(*editor);
+      return true;
+    });
+  }
   for (int round = 0; round < kSettleMax && wrong_.empty(); ++round) {
-    if (link_ == nullptr) Connect();
-    ServerReceives();
-    scheduler_.RunOne();
-    ClientReceives();
+    const bool is_done = imitation_.Finish();
+    Deliver();
     ServerNotices();
     for (Follower& follower : followers_) {
       if (follower.link == nullptr || follower.link->is_dead) FollowerActs(follower);
       FollowerReceives(follower);
     }
-    if (link_ == nullptr || !is_open_ || !unanswered_.empty()) continue;
-    if (!is_last_sent) {
-      is_last_sent = true;
-      Update update{
-          WithFingerprint({.update_id = ++last_update_id_, .body = server::DiscardUpdate{}}), 1};
-      link_->up.emplace_back(update.command);
-      unanswered_.emplace(update.command.update_id, std::move(update));
-      continue;
-    }
-    const bool all_follow = std::all_of(
-        followers_.begin(), followers_.end(),
-        [this](const Follower& follower) { return follower.mirror.revision == mirror_.revision; });
-    if (link_->down.empty() && all_follow) return;
+    if (is_done && AllFollow()) return;
   }
-  Fail("the schedule does not settle: " + std::to_string(unanswered_.size()) +
-       " updates are without an answer");
+  Fail("the schedule does not settle");
+}
+
+bool Schedule::AllFollow() {
+  const bool editor_does =
+      imitation_.mirror().revision == server_.places().front().ledger.revision();
+  return editor_does &&
+         std::all_of(followers_.begin(), followers_.end(), [](const Follower& follower) {
+           return follower.mirror.revision == follower.place->ledger.revision();
+         });
 }
 
 void Schedule::CheckEnd() {
-  const server::SessionInfo info = session_->info();
-  const auto revision = static_cast<std::int64_t>(info.revision);
-  if (mirror_.revision != revision) Fail("the editor's mirror is not at the last revision");
-  if (revision != committed_) {
-    Fail("the session is at revision " + std::to_string(revision) + "; its answers said " +
-         std::to_string(committed_));
-  }
-  if (revision == 0) return;
-  if (mirror_.Hash() != info.summary->state_hash) Fail("the editor's mirror differs by its hash");
-  for (const Follower& follower : followers_) {
-    if (follower.mirror.Hash() != info.summary->state_hash) {
-      Fail("a subscriber's mirror differs by its hash");
+  for (const Place& place : server_.places()) {
+    const server::SessionInfo info = place.session->info();
+    const auto revision = static_cast<std::int64_t>(info.revision);
+    if (revision != place.ledger.revision()) {
+      Fail(test::Broken(test::kOrdered, "a session is at revision " + test::Text(revision) +
+                                            "; its answers said " +
+                                            test::Text(place.ledger.revision())));
     }
   }
+  const auto hash_of = [](const Place& place) {
+    const server::SessionInfo info = place.session->info();
+    return info.summary ? info.summary->state_hash : 0;
+  };
+  const Place& first = server_.places().front();
+  if (imitation_.mirror().revision > 0 && imitation_.mirror().Hash() != hash_of(first)) {
+    Fail(test::Broken(test::kComplete, "the editor's mirror differs by its hash"));
+  }
+  Fail(test::CheckOrdered(imitation_.transcript()));
+  Fail(test::CheckComplete(imitation_.transcript(), imitation_.mirror()));
+  for (const Follower& follower : followers_) {
+    if (follower.mirror.revision > 0 && follower.mirror.Hash() != hash_of(*follower.place)) {
+      Fail(test::Broken(test::kComplete, "a subscriber's mirror differs by its hash"));
+    }
+  }
+}
+
+void Schedule::Count(const LibraryEditor& editor) {
+  tally_.commits += editor.commit_count();
+  tally_.refusals += editor.refusal_count();
+  tally_.reopens += editor.reopen_count();
+}
+
+Tally Schedule::tally() {
+  Tally tally = tally_;
+  for (const Place& place : server_.places()) {
+    tally.repeats += place.ledger.repeat_count();
+    tally.collisions += place.ledger.collision_count();
+    tally.rollbacks += place.ledger.rollback_count();
+  }
+  tally.saved = server_.saved_count();
+  tally.forks = static_cast<std::int64_t>(server_.places().size()) - 2;
+  tally.unfinished += imitation_.unfinished_count();
+  tally.merged += imitation_.merged_count();
+  tally.snapshots += imitation_.snapshot_count();
+  tally.busy += imitation_.busy_count();
+  return tally;
 }
 
 }  // namespace pliant::simulation
