@@ -308,6 +308,22 @@ Result<MetricUpdate> ConvertMetricUpdate(const v1::MetricUpdate& wire) {
   return update;
 }
 
+namespace {
+
+// A year: beyond it adding to a point in time could overflow.
+constexpr std::int64_t kMsMax = std::int64_t{366} * 24 * 3600 * 1000;
+
+Result<std::chrono::milliseconds> IntervalOf(std::int64_t ms, std::int64_t ms_min,
+                                             const char* field) {
+  if (ms >= ms_min && ms <= kMsMax) return std::chrono::milliseconds(ms);
+  return RangeError(std::string(field) + " is " + std::to_string(ms) + "; it must be from " +
+                        std::to_string(ms_min) + " to " + std::to_string(kMsMax) +
+                        " (a year), or absent for none",
+                    field);
+}
+
+}  // namespace
+
 Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance) {
   AdvanceSpec spec;
   if (advance.has_budget_visits()) {
@@ -318,8 +334,6 @@ Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance) {
     }
     spec.visits_max = advance.budget_visits();
   }
-  // A year: beyond it adding to a point in time could overflow.
-  constexpr std::int64_t kMsMax = std::int64_t{366} * 24 * 3600 * 1000;
   if (advance.has_budget_ms()) {
     if (advance.budget_ms() <= 0 || advance.budget_ms() > kMsMax) {
       return RangeError("advance.budget_ms is " + std::to_string(advance.budget_ms()) +
@@ -329,24 +343,14 @@ Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance) {
     spec.time_max = std::chrono::milliseconds(advance.budget_ms());
   }
   if (advance.has_progress_interval_ms()) {
-    if (advance.progress_interval_ms() < kProgressIntervalMsMin ||
-        advance.progress_interval_ms() > kMsMax) {
-      return RangeError("advance.progress_interval_ms is " +
-                            std::to_string(advance.progress_interval_ms()) +
-                            "; it must be >= " + std::to_string(kProgressIntervalMsMin),
-                        "advance.progress_interval_ms");
-    }
-    spec.progress_interval = std::chrono::milliseconds(advance.progress_interval_ms());
+    PLIANT_ASSIGN_OR_RETURN(spec.progress_interval,
+                            IntervalOf(advance.progress_interval_ms(), kProgressIntervalMsMin,
+                                       "advance.progress_interval_ms"));
   }
   if (advance.has_commit_interval_ms()) {
-    if (advance.commit_interval_ms() < kCommitIntervalMsMin ||
-        advance.commit_interval_ms() > kMsMax) {
-      return RangeError("advance.commit_interval_ms is " +
-                            std::to_string(advance.commit_interval_ms()) +
-                            "; it must be >= " + std::to_string(kCommitIntervalMsMin),
-                        "advance.commit_interval_ms");
-    }
-    spec.commit_interval = std::chrono::milliseconds(advance.commit_interval_ms());
+    PLIANT_ASSIGN_OR_RETURN(spec.commit_interval,
+                            IntervalOf(advance.commit_interval_ms(), kCommitIntervalMsMin,
+                                       "advance.commit_interval_ms"));
   }
   return spec;
 }

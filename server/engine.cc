@@ -102,7 +102,16 @@ class RemesherEngine final : public Engine {
         const std::vector<Metric> tensors,
         MetricOfSolution(
             mesh.data, ColumnsOf(request.values ? *request.values : stored, column_count), target));
-    return remesher_->SetTensors({}, tensors, limits);
+    Status set = remesher_->SetTensors({}, tensors, limits);
+    if (set.ok() || set.error().field.rfind("metric.tensors", 0) != 0) return set;
+    // The client has sent values, not tensors.
+    Error error = set.error();
+    error.message = "row " + std::to_string(error.index) +
+                    " of the solution asks for a metric that no mesh can follow (" + error.message +
+                    "); are its values finite, and of a size that their second "
+                    "derivatives leave finite? Scale them";
+    error.field = "metric.solution.field";
+    return error;
   }
   Status SetFields(const FieldUpdate& update) override { return remesher_->SetFields(update); }
   Status SetConstraints(const Constraints& constraints) override {

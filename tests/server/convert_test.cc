@@ -319,6 +319,11 @@ TEST(ConvertAdvance, ReadsBudgetsAndRefusesThoseOutOfRange) {
   bad = wire;
   bad.set_commit_interval_ms(9);
   EXPECT_EQ(field_of(bad), "advance.commit_interval_ms");
+  bad = {};
+  bad.set_progress_interval_ms(INT64_MAX);
+  EXPECT_NE(ConvertAdvance(bad).error().message.find("it must be from 10 to 31622400000 (a year)"),
+            std::string::npos)
+      << ConvertAdvance(bad).error().message;
 }
 
 TEST(ConvertUpdate, TurnsEveryKindThatIsNotImplementedIntoItsRefusal) {

@@ -87,6 +87,20 @@ TEST(Engine, MakesTransferRowsOnlyWhenAsked) {
 }
 
 // Goal: the metric of a solution, by values and by the name of a field, gives the same mesh.
+// Goal: values that are too large are named as what was sent, not as the tensors made of them.
+TEST(Engine, NamesTheSolutionWhoseMetricNoMeshCanFollow) {
+  auto engine = *RemesherFactory()(Square());
+  ASSERT_TRUE(engine->Step({}).ok());
+  static_cast<void>(engine->Commit());
+  std::vector<double> values(static_cast<std::size_t>(engine->vertex_count()));
+  for (std::size_t i = 0; i < values.size(); ++i) values[i] = i % 2 == 0 ? 1e200 : -1e200;
+  const Status refused =
+      engine->SetSolution({.values = values, .target = {.target = TargetError{1e-3}}}, {});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().field, "metric.solution.field") << refused.error().message;
+  EXPECT_NE(refused.error().message.find("solution"), std::string::npos);
+}
+
 TEST(Engine, FollowsASolutionByValuesAndByName) {
   std::vector<std::uint64_t> hashes;
   for (const bool by_name : {false, true}) {
