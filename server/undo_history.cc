@@ -93,6 +93,13 @@ Result<UndoStep> UndoHistory::WayTo(Revision revision, Revision newest) const {
       return UndoStep{Merge(way), step->spec, step->active_count};
     }
   }
+  if (revision == newest) {
+    return Error{ErrorCode::kRevisionNotFound,
+                 "the session is at revision " + RevisionText(revision) +
+                     " already; expected an earlier one, from " + RevisionText(Oldest(newest)) +
+                     " on; to throw away what is staged, send discard",
+                 "to_revision"};
+  }
   return Error{ErrorCode::kRevisionNotFound,
                "revision " + RevisionText(revision) + " is not kept; the session is at " +
                    RevisionText(newest) + " and the oldest that it can go back to is " +

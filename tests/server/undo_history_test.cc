@@ -63,6 +63,8 @@ TEST_F(UndoHistoryTest, LeadsBackToEveryRevisionThatIsKept) {
   for (std::int64_t revision = 1; revision < 7; ++revision) ExpectLeadsTo(history, revision);
   EXPECT_EQ(history.Oldest(Revision(7)), Revision(1));
   EXPECT_EQ(history.WayTo(Revision(9), Revision(7)).error().code, ErrorCode::kRevisionNotFound);
+  EXPECT_NE(history.WayTo(Revision(7), Revision(7)).error().message.find("at revision 7 already"),
+            std::string::npos);
 }
 
 TEST_F(UndoHistoryTest, IsBoundedByBytesAndNamesTheOldest) {
