@@ -4,7 +4,6 @@
 #include <optional>
 #include <utility>
 
-#include "core/mesh/export_mesh.h"
 #include "core/pliant/displace.h"
 #include "tests/bench/workload_step.h"
 
@@ -13,14 +12,6 @@ namespace {
 
 /// Builds compared with: one every so many steps, each of the metric of its step.
 constexpr std::int64_t kStepsPerBuild = 10;
-
-/// Tensors of a field at all live vertices, in order of slot.
-std::vector<Metric> TensorsAt(const Mesh& mesh, const MetricField& field) {
-  std::vector<Metric> tensors;
-  std::int32_t hint = MetricField::kNoHint;
-  for (const Vec2 p : ExportMesh(mesh).data.points) tensors.push_back(field.At(p, hint));
-  return tensors;
-}
 
 /// Whether a client would say that a place moves with its front: as far as its metric reaches.
 bool IsOfFront(Vec2 p, double front) {

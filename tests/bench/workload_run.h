@@ -19,13 +19,14 @@ struct Request {
   Options options;
   MetricForm form = MetricForm::kAnalytic;
   GradationOptions limits;  ///< Not for MetricForm::kAnalytic.
-  /// "", "disc", "tensors", "bump", "same", "front", "body", "nodes" or "domain".
+  /// "", "disc", "tensors", "bump", "same", "front", "drift", "body", "nodes" or "domain".
   std::string update;
   std::int64_t changed = 1000;  ///< "bump": nodes under the bump.
-  std::int64_t steps = 50;      ///< "front", "body": number of steps.
+  std::int64_t steps = 50;      ///< "front", "drift", "body": number of steps.
   double front_step = 0.02;     ///< "front": length of a step.
   bool displaces = false;       ///< "front": the client sends the displacement of the front, too.
   std::int64_t swing = 0;       ///< "front": turns back after so many steps; 0: never.
+  double size_step = 0.97;      ///< "drift": factor on all sizes of a step.
   double follow = 4;            ///< "body": MotionRequest::follow_length.
   int thread_count = 1;         ///< Threads that work on the mesh.
   int repeat = 3;               ///< Runs of everything that is timed.

@@ -2,6 +2,8 @@
 
 #include <utility>
 
+#include "core/mesh/export_mesh.h"
+
 namespace pliant::bench {
 namespace {
 
@@ -51,6 +53,13 @@ nlohmann::json JsonOf(const std::vector<Update>& updates) {
           {"commit_cpu_s", bench::JsonOf(commit)["cpu_s"]},
           {"changed_nodes", Median(changed)},
           {"visits", Median(visits)}};
+}
+
+std::vector<Metric> TensorsAt(const Mesh& mesh, const MetricField& field) {
+  std::vector<Metric> tensors;
+  std::int32_t hint = MetricField::kNoHint;
+  for (const Vec2 p : ExportMesh(mesh).data.points) tensors.push_back(field.At(p, hint));
+  return tensors;
 }
 
 void Untouched::Before(const Mesh& mesh, const std::function<bool(const VertexRecord&)>& inside) {

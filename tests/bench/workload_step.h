@@ -24,6 +24,9 @@ struct Update {
 [[nodiscard]] Result<Update> RunOne(Remesher& remesher, const std::function<Status()>& stage);
 [[nodiscard]] nlohmann::json JsonOf(const std::vector<Update>& updates);
 
+/// Tensors of a field at all live vertices, in order of slot.
+[[nodiscard]] std::vector<Metric> TensorsAt(const Mesh& mesh, const MetricField& field);
+
 /// How much of a mesh an update leaves as it was, counted over the steps of a run.
 class Untouched {
  public:
@@ -47,7 +50,8 @@ class Untouched {
   double steps_ = 0;
 };
 
-/// Case E, and case G in workload_update.cc.
+/// Case E; sizes that change slowly.
+[[nodiscard]] Result<nlohmann::json> RunDrift(Remesher& remesher, const Request& request);
 [[nodiscard]] Result<nlohmann::json> RunFront(Remesher& remesher, const Request& request);
 
 /// All nodes are moved.

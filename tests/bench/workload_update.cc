@@ -276,13 +276,14 @@ Result<nlohmann::json> RunUpdate(const Request& request) {
   Result<nlohmann::json> result =
       Error{.code = ErrorCode::kOutOfRange,
             .message = "There is no update '" + request.update +
-                       "'; there are disc, tensors, bump, same, front, body, nodes, domain.",
+                       "'; there are disc, tensors, bump, same, front, drift, body, nodes, domain.",
             .field = "update"};
   if (request.update == "disc") result = RunDisc(*built.remesher, request);
   if (request.update == "tensors") result = RunTensors(*built.remesher, request);
   if (request.update == "bump") result = RunBump(*built.remesher, request);
   if (request.update == "same") result = RunSame(*built.remesher, request);
   if (request.update == "front") result = RunFront(*built.remesher, request);
+  if (request.update == "drift") result = RunDrift(*built.remesher, request);
   if (request.update == "body") result = RunBody(*built.remesher, request);
   if (request.update == "nodes") result = RunNodes(*built.remesher, request);
   if (request.update == "domain") result = RunDomain(*built.remesher, request);

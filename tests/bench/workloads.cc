@@ -56,14 +56,17 @@ int main(int argc, char** argv) {
   app.add_option("--hgrad", request.limits.gradation, "limit of the metric; 0: none");
   app.add_option("--rotation", request.limits.rotation, "limit of the metric; 0: none");
   app.add_option("--geometry", request.limits.geometry, "limit of the metric; 0: none");
-  app.add_option("--update", request.update,
-                 "disc, tensors, bump, same, front, body, nodes or domain; default: build only");
+  app.add_option(
+      "--update", request.update,
+      "disc, tensors, bump, same, front, drift, body, nodes or domain; default: build only");
   app.add_option("--changed", request.changed, "bump: nodes under it")
       ->check(CLI::Range(2, 1 << 30));
   app.add_option("--follow", request.follow, "body: nodes within so many lengths go with it");
-  app.add_option("--steps", request.steps, "front, body: number of steps")
+  app.add_option("--steps", request.steps, "front, drift, body: number of steps")
       ->check(CLI::PositiveNumber);
   app.add_option("--front-step", request.front_step, "front: length of a step");
+  app.add_option("--size-step", request.size_step, "drift: factor on all sizes of a step")
+      ->check(CLI::Range(0.5, 2.0));
   app.add_flag("--displace", request.displaces, "front: its displacement is sent, too");
   app.add_option("--swing", request.swing, "front: turns back after so many steps; 0: never");
   app.add_option("--threads", request.thread_count, "threads that work on the mesh")

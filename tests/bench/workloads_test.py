@@ -126,6 +126,15 @@ class Updates(unittest.TestCase):
         self.assertGreater(front["q_mean_of_steps"], 0.94)
         self.assertGreater(front["quality_last"]["integrated_sqrt2"], 0.97)
 
+    def test_drift(self):
+        drift = report("--case", "A", "--update", "drift", "--size-step", "0.97", "--steps",
+                       "4")["result"]["drift"]
+        self.assertEqual(drift["steps"]["updates"], 4)
+        self.assertEqual(len(drift["nodes_over_ideal_of_steps"]), 4)
+        self.assertAlmostEqual(drift["nodes_over_ideal_before"], 1, delta=0.05)
+        self.assertLessEqual(drift["nodes_over_ideal_least"], drift["nodes_over_ideal_last"])
+        self.assertGreater(drift["quality_last"]["integrated_sqrt2"], 0.97)
+
 
 class Refusals(unittest.TestCase):
     def test_unknown_case(self):
