@@ -148,8 +148,7 @@ Status Session::Impl::Reopen() {
   has_rejection_ = false;
   unanswered_.clear();
   refusal_.reset();
-  PLIANT_RETURN_IF_ERROR(BeginCall());
-  return std::exchange(tells_loss_, false) ? Status(StageLost()) : Status();
+  return BeginCall();
 }
 
 void Session::Impl::Close() {
@@ -301,7 +300,9 @@ Status Session::Impl::AwaitAllBut(std::size_t count) {
 
 Status Session::Impl::BeginCall() {
   outage_.End();
-  return must_discard_ && is_open() ? EmptyStage() : Status();
+  if (!is_open()) return {};
+  if (must_discard_) PLIANT_RETURN_IF_ERROR(EmptyStage());
+  return std::exchange(tells_loss_, false) ? Status(StageLost()) : Status();
 }
 
 Status Session::Impl::Await() {
@@ -346,7 +347,9 @@ Status Session::Impl::Update(const MakeRequest& make) {
 
 Status Session::Impl::Discard() {
   outage_.End();
-  return EmptyStage();
+  PLIANT_RETURN_IF_ERROR(EmptyStage());
+  tells_loss_ = false;
+  return {};
 }
 
 Status Session::Impl::EmptyStage() {

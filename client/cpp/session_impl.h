@@ -117,7 +117,7 @@ class Session::Impl {
   bool lost_stage_ = false;        ///< ...and that was not what we had staged.
   bool has_rejection_ = false;     ///< The server has refused an update of this step.
   bool must_discard_ = false;      ///< What is staged is no longer anybody's wish.
-  bool tells_loss_ = false;        ///< Reopen has found that the stage is lost.
+  bool tells_loss_ = false;        ///< Reopen has found that the stage is lost; to be said.
   Answers answers_ = Answers::kAtOnce;
   std::deque<Sent> unanswered_;
   std::optional<Error> refusal_;  ///< Of the first update of this step that was sent ahead in vain.
