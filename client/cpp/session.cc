@@ -141,7 +141,8 @@ Status Session::Impl::Reopen() {
   // What was accepted may be gone: lost by the server, or taken by an editor that came in between.
   // Of what was sent ahead nobody knows how much is staged: the step begins anew.
   const bool is_with_advance = answers_ == Answers::kWithAdvance;
-  const bool is_half = unanswered_.size() > (is_with_advance ? 0 : 1);
+  const bool is_half = unanswered_.size() > (is_with_advance ? 0 : 1) ||
+                       std::ranges::any_of(unanswered_, &Sent::is_ahead);
   tells_loss_ = tells_loss_ || lost_stage_ || (is_half && !is_with_advance);
   must_discard_ = must_discard_ || is_half || tells_loss_;
   staged_count_ = staged_left_;
@@ -342,6 +343,7 @@ Status Session::Impl::Update(const MakeRequest& make) {
     return answer.ok() ? Status() : Status(answer.error());
   }
   PLIANT_RETURN_IF_ERROR(Send(make));
+  unanswered_.back().is_ahead = true;
   return AwaitAllBut(kAheadMax);
 }
 

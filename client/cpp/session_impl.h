@@ -66,6 +66,7 @@ class Session::Impl {
   /// A command as it was sent: the pieces of its arrays, then itself.
   struct Sent {
     std::int64_t id = 0;
+    bool is_ahead = false;  ///< Whoever sent it was told that it is well.
     std::vector<v1::EditRequest> messages;
   };
 

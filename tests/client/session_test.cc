@@ -377,5 +377,33 @@ TEST(Session, ReopenEmptiesTheStageOfAStepThatWasLostOnItsWay) {
   EXPECT_TRUE(first[0].has_discard());
 }
 
+// Goal: an update whose sender was told that it is well is not forgotten without a word, also where
+//       answers are awaited at once by the time the stream is lost.
+TEST(Session, ReopenTellsOfAnUpdateThatWasSentAhead) {
+  FakeServer server;
+  std::vector<v1::EditRequest> first;
+  server.on_edit = [&](EditScript& script, int stream) {
+    script.Open(Revision{0});
+    if (stream == 1) {
+      script.Next();
+      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
+    }
+    first.push_back(script.Next());
+    script.Accept(first.back());
+    script.Next();
+    return grpc::Status::OK;
+  };
+  {
+    const auto session = Open(server, /*reconnect_max=*/{});
+    session->SetAnswers(Answers::kWithAdvance);
+    ASSERT_TRUE(session->UpdateMetric({}).ok());
+    session->SetAnswers(Answers::kAtOnce);
+    EXPECT_EQ(session->Reopen().error().code, ErrorCode::kUpdateRejected);
+  }
+  server.Stop();
+  ASSERT_EQ(first.size(), 1U);
+  EXPECT_TRUE(first[0].has_discard());
+}
+
 }  // namespace
 }  // namespace pliant::client
