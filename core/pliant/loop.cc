@@ -78,7 +78,8 @@ PliantLoop::PliantLoop(MeshEdit& edit, const Options& options)
       mesh_(edit.mesh()),
       options_(options),
       flipper_(edit),
-      mender_(edit, options.permissions) {
+      mender_(edit, options.permissions),
+      probe_(edit.mesh()) {
   state_.rng = Rng(options.seed);
   state_.settings = SettingsOf(options);
 }
@@ -254,9 +255,9 @@ void PliantLoop::VisitAudited(const MetricField& field, VertexId node) {
 }
 
 void PliantLoop::FinishVisit(const MetricField& field, const Heat& heat, double speed) {
-  if (options_.permissions.insert) {
-    if (TryDelete(NodeExtent(mesh_, star_), heat)) return;
-    (void)TryInsert(field, LargestSpokeExtent(mesh_, star_), heat);
+  if (options_.permissions.insert &&
+      ChangeNodes(field, NodeExtent(mesh_, star_), LargestSpokeExtent(mesh_, star_), heat)) {
+    return;
   }
   StayActive(speed);
 }
@@ -314,8 +315,7 @@ void PliantLoop::VisitPatch(const MetricField& field, const Heat& heat) {
   }
   if (options_.permissions.insert) {
     const Patch::Extents extents = patch_.MeasureExtents();
-    if (TryDelete(extents.node, heat)) return;
-    (void)TryInsert(field, {extents.largest_spoke, extents.largest}, heat);
+    if (ChangeNodes(field, extents.node, {extents.largest_spoke, extents.largest}, heat)) return;
   }
   StayActive(speed);
 }
@@ -436,7 +436,10 @@ bool PliantLoop::Swap() {
 bool PliantLoop::TryDelete(double extent, const Heat& heat) {
   const bool ends_row =
       star_.ring().size() <= kNeighborsAtEnd && !mesh_.vertex(star_.center()).edge.valid();
-  if (extent >= (ends_row ? heat.delete_end_below : heat.delete_below)) return false;
+  return extent < (ends_row ? heat.delete_end_below : heat.delete_below) && Delete();
+}
+
+bool PliantLoop::Delete() {
   const int hop = mesh_.vertex(star_.center()).visit.hop;
   const std::optional<std::int32_t> swaps =
       RemoveNode(edit_, flipper_, star_,
@@ -455,6 +458,10 @@ bool PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& longest,
     largest = LargestFreeSpokeExtent(mesh_, star_, options_.permissions);
     if (!(largest.extent > heat.insert_above)) return false;
   }
+  return Insert(field, largest.spoke);
+}
+
+bool PliantLoop::Insert(const MetricField& field, std::size_t spoke) {
   if (mesh_.vertex_count() >= options_.vertices_max) {
     ++state_.counts.refused_at_limit;
     return false;
@@ -467,9 +474,9 @@ bool PliantLoop::TryInsert(const MetricField& field, const SpokeExtent& longest,
   }
   const VertexId node = star_.center();
   const VisitState visit = mesh_.vertex(node).visit;
-  const VisitState far = CurrentVisit(star_.ring()[largest.spoke]);
+  const VisitState far = CurrentVisit(star_.ring()[spoke]);
   const std::optional<Insertion> made = InsertOnSpoke(
-      edit_, flipper_, field, star_, largest.spoke,
+      edit_, flipper_, field, star_, spoke,
       options_.permissions.swap ? AfterInsertion::kSwapEdges : AfterInsertion::kLeaveEdges);
   if (!made) return false;
   ++state_.counts.insertions;

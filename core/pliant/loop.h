@@ -12,6 +12,7 @@
 #include "core/mesh/star.h"
 #include "core/metric/metric_field.h"
 #include "core/pliant/allowance.h"
+#include "core/pliant/density.h"
 #include "core/pliant/extent.h"
 #include "core/pliant/mend.h"
 #include "core/pliant/node_queue.h"
@@ -96,6 +97,11 @@ class PliantLoop {
   /// Wakes a node whose metric or geometry has changed: hop 0, age 0, as if it were new.
   void Wake(VertexId node);
 
+  /// Says of a node that was woken that its metric has changed by little, so that it is looked at
+  /// whether nodes are missing around it, or too many: edges that are all a little too long are
+  /// each still good. Holds until the next commit or the way back to the last.
+  void Drift(VertexId node);
+
   /// Gives every vertex the field's metric and wakes it: first those that an update has reached
   /// before, then the new ones, each in order of slot.
   /// @return false if the executor was stopped: another call goes on, and must before anything else
@@ -178,6 +184,7 @@ class PliantLoop {
     state_.counts = {};
     first_epoch_ = state_.epoch;
     left_behind_ = LeftBehind::kNothing;
+    drifting_.clear();
   }
   /// Another number with every BeginUpdate.
   [[nodiscard]] std::uint32_t epoch() const { return state_.epoch; }
@@ -276,10 +283,26 @@ class PliantLoop {
   double MoveOnSegment(const MetricField& field, Vec2 step);
   [[nodiscard]] bool StaysPositive(Vec2 center) const;
   void RefreshMetric(const MetricField& field, VertexId node);
+  /// The end of a visit, but for who stays active: the center is deleted or an edge split, if the
+  /// extents of the center and of its largest spoke ask for it. @return true if the center is gone
+  bool ChangeNodes(const MetricField& field, double extent, const SpokeExtent& longest,
+                   const Heat& heat);
   /// Deletes the star's center if its extent asks for it. @return true if it is gone.
   bool TryDelete(double extent, const Heat& heat);
+  bool Delete();
   /// Splits the star's largest spoke if its extent asks for it. @return true if it did.
   bool TryInsert(const MetricField& field, const SpokeExtent& longest, const Heat& heat);
+  bool Insert(const MetricField& field, std::size_t spoke);
+  /// Splits the spoke if constraints let it.
+  void InsertIfFree(const MetricField& field, std::size_t spoke);
+
+  /// Whether the center of a visit goes by the density around it, not by its extents alone.
+  [[nodiscard]] bool Drifts(VertexId node) const;
+  /// ChangeNodes for such a center.
+  bool EvenOut(const MetricField& field, double extent, const SpokeExtent& longest,
+               const Heat& heat);
+  bool EvenOutOnSegment(const MetricField& field, double extent, const SpokeExtent& longest,
+                        const Heat& heat);
   /// The end of a move: who is to be visited (again) because the node moved. The star is that of
   /// the node, as it is now.
   void StayActive(double speed);
@@ -296,7 +319,9 @@ class PliantLoop {
   Star star_;
   Patch patch_;
   State state_;
+  DensityProbe probe_;
   LeftBehind left_behind_ = LeftBehind::kNothing;  // Not in the state: a commit ends it.
+  std::vector<bool> drifting_;                     // By slot, as far as there are any. Likewise.
   std::uint32_t first_epoch_ = 0;  // Nodes reached since the last commit have this or a later one.
   VisitAudit audit_;               // Idle unless kValidateEvery.
   std::vector<VertexId> aside_;

@@ -70,6 +70,7 @@ void PliantLoop::Restore(State state) {
   state_ = std::move(state);
   first_epoch_ = state_.epoch;
   left_behind_ = LeftBehind::kNothing;
+  drifting_.clear();
   refined_ = false;
 }
 

@@ -26,6 +26,10 @@ Result<StopReason> StoppedBy(const Error& error) {
   return error;
 }
 
+/// An update drifts if it has so many slight changes for each of these: the slopes of a change that
+/// is large in its middle are left to the loop, which is at work there anyway.
+constexpr std::size_t kSlightPerLarge = 4;
+
 bool Ended(StopReason reason) {
   return reason == StopReason::kConverged || reason == StopReason::kVertexLimit;
 }
@@ -407,12 +411,22 @@ Status Remesher::Impl::Apply(WantedTensors wanted, const StopSignal* stop, Asks 
     followed_.MeshMoved();
     loop_.Follow(PliantLoop::LeftBehind::kByFront);
   }
+  std::vector<VertexId> slight;
+  std::size_t large_count = 0;
   for (const std::size_t i : others) {
     if (asks == Asks::kToTheEnd && stopped()) return Stopped();
     const double change = RelativeChange(mesh_.metric(wanted.vertices[i]), wanted.tensors[i]);
     edit_.SetMetric(wanted.vertices[i], wanted.tensors[i]);
     loop_.Wake(wanted.vertices[i]);
-    if (change > kBulkChangeMin) rewoken_.push_back(wanted.vertices[i]);
+    if (change > kBulkChangeMin) {
+      rewoken_.push_back(wanted.vertices[i]);
+      ++large_count;
+    } else {
+      slight.push_back(wanted.vertices[i]);
+    }
+  }
+  if (loop_.counts().visits == 0 && kSlightPerLarge * large_count <= slight.size()) {
+    for (const VertexId vertex : slight) loop_.Drift(vertex);
   }
   for (const VertexId vertex : disturbed) loop_.Wake(vertex);
   return {};

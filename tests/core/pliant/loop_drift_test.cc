@@ -1,0 +1,109 @@
+// Goal: a size that changes by little with every update, all the time, leaves as many nodes as it
+// asks for. Each of these changes leaves every single edge good, so that extents alone would never
+// see that all of them are a little too long, or too short.
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdint>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/metric/function_field.h"
+#include "core/pliant/quality.h"
+#include "core/pliant/remesher.h"
+#include "tests/support/cases.h"
+#include "tests/support/mesh_testing.h"
+
+namespace pliant {
+namespace {
+
+constexpr int kSteps = 30;
+constexpr double kFewest = 3'500;
+
+testing::Case Uniform(double nodes) { return testing::DiscCase(nodes, testing::DiscState::kOff); }
+testing::Case Shock(double nodes) { return testing::ShockCase(nodes); }
+
+enum class Send { kField, kTensors };
+
+struct Slow {
+  std::string name;
+  testing::Case (*make)(double);
+  double size_step;  ///< Factor on all sizes in each update.
+  Send send;
+};
+
+Status SendTo(Remesher& remesher, std::unique_ptr<MetricField> field, Send send) {
+  if (send == Send::kField) return remesher.SetField(std::move(field));
+  std::vector<Metric> tensors;
+  std::int32_t hint = MetricField::kNoHint;
+  for (const VertexId id : testing::LiveVertices(remesher.mesh())) {
+    tensors.push_back(field->At(remesher.mesh().position(id), hint));
+  }
+  return remesher.SetTensors({}, tensors);
+}
+
+/// Vertices over those of an ideal mesh: 2/sqrt(3) times the complexity, and half of those that fit
+/// on the boundary.
+double OverIdeal(const Mesh& mesh, const MetricField& field, const Quality& quality) {
+  double boundary = 0;
+  std::int32_t hint = MetricField::kNoHint;
+  for (std::int32_t e = 0; e < mesh.edge_slots(); ++e) {
+    const EdgeRecord& edge = mesh.edge(EdgeId(e));
+    if (!edge.live) continue;
+    const Vec2 a = mesh.position(edge.vertices[0]);
+    const Vec2 b = mesh.position(edge.vertices[1]);
+    boundary += std::sqrt(SquaredLength(field.At(0.5 * (a + b), hint), b - a));
+  }
+  const double ideal = 2 / std::sqrt(3.0) * quality.complexity + 0.5 * boundary;
+  return static_cast<double>(quality.vertex_count) / ideal;
+}
+
+class Drift : public ::testing::TestWithParam<Slow> {};
+
+// Method: 30 updates that scale a size to 0.4 or 2.4 of what it was; the count against the ideal
+// after each of them, and what is left at the end. Without a look at the density around nodes the
+// last count is 0.86 and 1.11 of the ideal.
+TEST_P(Drift, KeepsTheCountOfNodes) {
+  const Slow& slow = GetParam();
+  const double shrinks = 1 / (slow.size_step * slow.size_step);
+  double nodes = shrinks > 1 ? kFewest : kFewest * std::pow(shrinks, -kSteps);
+  testing::Case first = slow.make(nodes);
+  auto remesher = Remesher::Create(first.domain, std::move(first.field), Options{}).value();
+  ASSERT_TRUE(remesher->Step({}).ok());
+  remesher->Commit();
+  for (int step = 0; step < kSteps; ++step) {
+    SCOPED_TRACE("step " + std::to_string(step));
+    nodes *= shrinks;
+    ASSERT_TRUE(SendTo(*remesher, slow.make(nodes).field, slow.send).ok());
+    ASSERT_TRUE(remesher->Step({}).ok());
+    remesher->Commit();
+    const auto field = slow.make(nodes).field;
+    const Quality quality = MeasureQuality(remesher->mesh(), *field);
+    const double over_ideal = OverIdeal(remesher->mesh(), *field, quality);
+    EXPECT_GT(over_ideal, 0.95);
+    // It was somewhat above before the first step, and the first steps cannot know of the next.
+    EXPECT_LT(over_ideal, 1.08);
+    if (step < kSteps - 1) continue;
+    EXPECT_GT(over_ideal, 0.97);
+    EXPECT_LT(over_ideal, 1.05);
+    EXPECT_GT(quality.integrated.share_125, 0.97);
+    EXPECT_GT(quality.q_mean, 0.975);
+    EXPECT_GT(quality.q_min, 0.7);
+  }
+  EXPECT_EQ(testing::Faults(remesher->mesh()), "");
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    Slowly, Drift,
+    ::testing::Values(Slow{"UniformFiner", &Uniform, 0.97, Send::kField},
+                      Slow{"UniformCoarser", &Uniform, 1.03, Send::kField},
+                      Slow{"GaussianFiner", &testing::GaussianCase, 0.97, Send::kTensors},
+                      Slow{"GaussianCoarser", &testing::GaussianCase, 1.03, Send::kTensors},
+                      Slow{"FrontFiner", &Shock, 0.97, Send::kField},
+                      Slow{"FrontCoarser", &Shock, 1.03, Send::kField}),
+    [](const auto& info) { return info.param.name; });
+
+}  // namespace
+}  // namespace pliant
