@@ -98,8 +98,7 @@ TEST(Cavity, IsLeftAloneIfItsRimCrossesItself) {
   auto grid = testing::ImportedMesh(testing::GridData(4, 4));
   auto same = testing::ImportedMesh(testing::GridData(4, 4));
   for (auto* one : {&grid, &same}) (*one)->edit.PlaceVertex(VertexId(11), {5, 2});
-  EXPECT_FALSE(
-      RetriangulateCavity(grid->edit, StarOf(grid->mesh, VertexId(12)), KeepsNone).ok());
+  EXPECT_FALSE(RetriangulateCavity(grid->edit, StarOf(grid->mesh, VertexId(12)), KeepsNone).ok());
   EXPECT_EQ(testing::DifferenceOf(grid->mesh, same->mesh), "");
 }
 
