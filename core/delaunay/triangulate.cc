@@ -44,7 +44,7 @@ Result<DomainTriangulation> TriangulateDomain(const Domain& domain, const StopSi
   StopPoll stopped(stop);
   const Status arrays = CheckArrays(domain, stop);
   if (stop != nullptr && stop->asked()) return Stopped();
-  PLIANT_RETURN_IF_ERROR(arrays);
+  if (!arrays.ok()) return arrays.error();
   HullTriangulation hull = DelaunayTriangulation(domain.points, stop);
   if (stop != nullptr && stop->asked()) return Stopped();
   if (hull.triangles.empty()) {
