@@ -1,28 +1,14 @@
 // A size that changes a little with every update, everywhere.
 #include <algorithm>
-#include <cmath>
 #include <memory>
 #include <optional>
 #include <utility>
 
 #include "tests/bench/workload_step.h"
+#include "tests/support/ideal_count.h"
 
 namespace pliant::bench {
 namespace {
-
-/// Sums of what a mesh of the field's size has on its boundary: lengths of edges in the metric.
-double BoundaryLength(const Mesh& mesh, const MetricField& field) {
-  double sum = 0;
-  std::int32_t hint = MetricField::kNoHint;
-  for (std::int32_t e = 0; e < mesh.edge_slots(); ++e) {
-    const EdgeRecord& edge = mesh.edge(EdgeId(e));
-    if (!edge.live) continue;
-    const Vec2 a = mesh.position(edge.vertices[0]);
-    const Vec2 b = mesh.position(edge.vertices[1]);
-    sum += std::sqrt(SquaredLength(field.At(0.5 * (a + b), hint), b - a));
-  }
-  return sum;
-}
 
 /// What the steps have left.
 struct Left {
@@ -30,14 +16,12 @@ struct Left {
   nlohmann::json quality;
 };
 
-/// Vertices over those of an ideal mesh: 2/sqrt(3) times the complexity, and half of what fits on
-/// the boundary.
 Left LeftIn(const Remesher& remesher, const MetricField& field) {
   Left left;
   left.quality = QualityOf(remesher.mesh(), field);
-  const double ideal = 1.1547005383792515 * left.quality["complexity"].get<double>() +
-                       0.5 * BoundaryLength(remesher.mesh(), field);
-  left.over_ideal = remesher.mesh().vertex_count() / ideal;
+  left.over_ideal =
+      remesher.mesh().vertex_count() /
+      testing::IdealVertexCount(remesher.mesh(), field, left.quality["complexity"].get<double>());
   return left;
 }
 

@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <functional>
 #include <iterator>
 #include <string>
 #include <vector>
@@ -348,22 +349,29 @@ TEST(Session, AStepSentAheadIsRepeatedAsItWas) {
   EXPECT_EQ(TextOf(steps[0]), TextOf(steps[1]));
 }
 
+/// A server that loses the first stream, once `receive` has read what it wants of it, and accepts
+/// the first command of the next one.
+std::function<grpc::Status(EditScript&, int)> LoseFirst(
+    const std::function<void(EditScript&)>& receive, std::vector<v1::EditRequest>& next) {
+  return [receive, &next](EditScript& script, int stream) {
+    script.Open(Revision{0});
+    if (stream == 1) {
+      receive(script);
+      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
+    }
+    next.push_back(script.Next());
+    script.Accept(next.back());
+    script.Next();
+    return grpc::Status::OK;
+  };
+}
+
 // Goal: where the stream cannot be made again nobody knows how much of the step is staged; Reopen
 //       empties the stage, so that the step can be sent anew and is not half there already.
 TEST(Session, ReopenEmptiesTheStageOfAStepThatWasLostOnItsWay) {
   FakeServer server;
   std::vector<v1::EditRequest> first;
-  server.on_edit = [&](EditScript& script, int stream) {
-    script.Open(Revision{0});
-    if (stream == 1) {
-      ReceiveStep(script);
-      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
-    }
-    first.push_back(script.Next());
-    script.Accept(first.back());
-    script.Next();
-    return grpc::Status::OK;
-  };
+  server.on_edit = LoseFirst([](EditScript& script) { ReceiveStep(script); }, first);
   {
     const auto session = Open(server, /*reconnect_max=*/{});
     session->SetAnswers(Answers::kWithAdvance);
@@ -382,17 +390,7 @@ TEST(Session, ReopenEmptiesTheStageOfAStepThatWasLostOnItsWay) {
 TEST(Session, ReopenTellsOfAnUpdateThatWasSentAhead) {
   FakeServer server;
   std::vector<v1::EditRequest> first;
-  server.on_edit = [&](EditScript& script, int stream) {
-    script.Open(Revision{0});
-    if (stream == 1) {
-      script.Next();
-      return grpc::Status(grpc::StatusCode::UNAVAILABLE, "the cable was pulled");
-    }
-    first.push_back(script.Next());
-    script.Accept(first.back());
-    script.Next();
-    return grpc::Status::OK;
-  };
+  server.on_edit = LoseFirst([](EditScript& script) { script.Next(); }, first);
   {
     const auto session = Open(server, /*reconnect_max=*/{});
     session->SetAnswers(Answers::kWithAdvance);

@@ -2,10 +2,8 @@
 // stays valid. Method: libFuzzer under AddressSanitizer and UBSan, mutating the corpus piece by
 // piece: bytes alone would hardly ever be a command. tests/server/session_commands_test.cc replays
 // the same trial.
-#include <algorithm>
-#include <cstring>
-
 #include "core/base/check.h"
+#include "tests/fuzz/mutate_pieces.h"
 #include "tests/support/edit_corpus.h"
 #include "tests/support/session_trial.h"
 
@@ -17,12 +15,6 @@ extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size
 
 extern "C" std::size_t LLVMFuzzerCustomMutator(std::uint8_t* data, std::size_t size,
                                                std::size_t size_max, unsigned int seed) {
-  pliant::Rng rng(seed);
-  std::vector<pliant::test::Piece> pieces =
-      pliant::test::Cut({reinterpret_cast<const char*>(data), size});
-  if (pieces.size() < 3 || rng.Below(16) == 0) pieces = pliant::test::SessionCorpus();
-  const std::string bytes = pliant::test::Join(pliant::test::Mutated(std::move(pieces), rng));
-  const std::size_t count = std::min(bytes.size(), size_max);
-  std::memcpy(data, bytes.data(), count);
-  return count;
+  return pliant::fuzz::MutatePieces(data, size, size_max, seed, 3,
+                                    [](pliant::Rng&) { return pliant::test::SessionCorpus(); });
 }

@@ -14,6 +14,7 @@
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
 #include "tests/support/cases.h"
+#include "tests/support/ideal_count.h"
 #include "tests/support/mesh_testing.h"
 
 namespace pliant {
@@ -44,22 +45,6 @@ Status SendTo(Remesher& remesher, std::unique_ptr<MetricField> field, Send send)
   return remesher.SetTensors({}, tensors);
 }
 
-/// Vertices over those of an ideal mesh: 2/sqrt(3) times the complexity, and half of those that fit
-/// on the boundary.
-double OverIdeal(const Mesh& mesh, const MetricField& field, const Quality& quality) {
-  double boundary = 0;
-  std::int32_t hint = MetricField::kNoHint;
-  for (std::int32_t e = 0; e < mesh.edge_slots(); ++e) {
-    const EdgeRecord& edge = mesh.edge(EdgeId(e));
-    if (!edge.live) continue;
-    const Vec2 a = mesh.position(edge.vertices[0]);
-    const Vec2 b = mesh.position(edge.vertices[1]);
-    boundary += std::sqrt(SquaredLength(field.At(0.5 * (a + b), hint), b - a));
-  }
-  const double ideal = 2 / std::sqrt(3.0) * quality.complexity + 0.5 * boundary;
-  return static_cast<double>(quality.vertex_count) / ideal;
-}
-
 class Drift : public ::testing::TestWithParam<Slow> {};
 
 // Method: 30 updates that scale a size to 0.4 or 2.4 of what it was; the count against the ideal
@@ -81,7 +66,9 @@ TEST_P(Drift, KeepsTheCountOfNodes) {
     remesher->Commit();
     const auto field = slow.make(nodes).field;
     const Quality quality = MeasureQuality(remesher->mesh(), *field);
-    const double over_ideal = OverIdeal(remesher->mesh(), *field, quality);
+    const double over_ideal =
+        static_cast<double>(quality.vertex_count) /
+        testing::IdealVertexCount(remesher->mesh(), *field, quality.complexity);
     EXPECT_GT(over_ideal, 0.95);
     // It was somewhat above before the first step, and the first steps cannot know of the next.
     EXPECT_LT(over_ideal, 1.08);
