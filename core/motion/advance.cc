@@ -42,7 +42,7 @@ constexpr std::size_t kCavityTrianglesMax = 4000;
 /// A sub-step of this share of the motion that still fails ends it.
 constexpr double kLeastShare = 1e-9;
 
-/// The same where it is known that the motion cannot be completed.
+/// The same where whoever has nowhere to go is what fails.
 constexpr double kShyOfMisplaced = 1e-3;
 
 Metric MeanOf(const Mesh& mesh, const TriangleRecord& triangle) {
@@ -121,7 +121,7 @@ double Advance::RunTo(double limit) {
     ++report_.rejected_count;
     TakeBack();
     if (misplaced_ && plan_.request().on_impossible == ImpossibleMotion::kRefuse) break;
-    if (misplaced_ && target - at < kShyOfMisplaced * limit) {
+    if (misplaced_ && target - at < kShyOfMisplaced * limit && MisplacedBlocks()) {
       NoteBlockers();
       break;
     }
@@ -396,6 +396,14 @@ void Advance::AddStarsOfGiven(std::vector<TriangleId>& cavity) {
       ForEachTriangleAt(vertex, [&](TriangleId id) { cavity.push_back(id); });
     }
   }
+}
+
+bool Advance::MisplacedBlocks() const {
+  return std::ranges::any_of(spoiled_, [&](const Spoiled& spoiled) {
+    return std::ranges::any_of(mesh_.triangle(spoiled.triangle).vertices, [&](VertexId vertex) {
+      return vertex.value() == misplaced_->index || vertex.value() == misplaced_->other_index;
+    });
+  });
 }
 
 bool Advance::IsOfNamed(const Error& error) const {

@@ -108,6 +108,8 @@ class Advance {
   /// Those in the interior that had to move far have triangles that reach across others, though
   /// they be positive.
   void AddStarsOfGiven(std::vector<TriangleId>& cavity);
+  /// True if a vertex that has nowhere to go is at a spoiled triangle. @pre misplaced_
+  [[nodiscard]] bool MisplacedBlocks() const;
   /// True if the error is about a vertex that is named, and in the interior.
   [[nodiscard]] bool IsOfNamed(const Error& error) const;
   bool Retriangulate(double s);

@@ -176,6 +176,29 @@ TEST_F(NamedNodes, AskedToStopTheyGoAsFarAsTheyCan) {
   EXPECT_EQ(Faults(mesh()), "");
 }
 
+// Goal: a place that is hard to get through is not where it ends, if nobody has nowhere to go
+// there.
+TEST_F(NamedNodes, AskedToStopTheyGoOnThroughACrowd) {
+  ASSERT_NO_FATAL_FAILURE(Start(testing::Rectangle({0, 0}, {1, 1}), "0.02"));
+  Rng rng(3);
+  MotionRequest request;
+  request.on_impossible = ImpossibleMotion::kStop;
+  for (const VertexId vertex : Inner()) {
+    const Vec2 by{rng.Uniform(-0.02, 0.02), rng.Uniform(-0.02, 0.02)};
+    const Vec2 to = mesh().position(vertex) + by;
+    request.vertices.push_back(vertex);
+    request.positions.push_back(
+        {std::clamp(to.x, 1e-4, 1 - 1e-4), std::clamp(to.y, 1e-4, 1 - 1e-4)});
+  }
+  const std::size_t one = request.vertices.size() / 2;
+  request.positions[one] = request.positions[one + 7];  // They meet at the very end.
+  const auto report = MoveVertices(*remesher(), request);
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_GT(report->fraction, 0.99);
+  EXPECT_LT(report->fraction, 1);
+  EXPECT_EQ(Faults(mesh()), "");
+}
+
 // Goal: however long the list, and whenever it is asked, somebody who cancels is heard.
 TEST_F(NamedNodes, ASwirlCanBeStoppedAnywhere) {
   ASSERT_NO_FATAL_FAILURE(Start(testing::Rectangle({0, 0}, {1, 1}), "0.03"));
