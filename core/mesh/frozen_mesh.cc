@@ -27,6 +27,8 @@ bool IsOnBoundary(const FrozenMesh::Triangle& triangle) {
 
 FrozenMesh::FrozenMesh(const MeshEdit& edit) : edit_(edit), mesh_(edit.mesh()) {
   // The log has what these were at the last commit, not what they are.
+  vertices_.Reserve(edit.log().vertices.size());
+  triangles_.Reserve(edit.log().triangles.size());
   for (const auto& [id, old] : edit.log().vertices) {
     vertices_.Insert(id.value(), RowOf(mesh_.vertex(id)));
   }

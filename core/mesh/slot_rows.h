@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <bit>
 #include <cstddef>
 #include <cstdint>
@@ -27,10 +28,18 @@ class SlotRows {
 
   /// Gives a slot a row. @pre it has none
   Row& Insert(std::int32_t slot, const Row& row) {
-    if (2 * (entries_.size() + 1) > table_.size()) Grow();
+    if (2 * (entries_.size() + 1) > table_.size()) {
+      Rehash(table_.empty() ? kLeastSize : 2 * table_.size());
+    }
     entries_.emplace_back(slot, row);
     Place(entries_.size() - 1);
     return entries_.back().second;
+  }
+
+  /// Makes room for so many rows at once.
+  void Reserve(std::size_t count) {
+    entries_.reserve(count);
+    if (2 * count > table_.size()) Rehash(std::max(kLeastSize, std::bit_ceil(2 * count)));
   }
 
   /// Forgets all rows.
@@ -55,8 +64,8 @@ class SlotRows {
     while (table_[at] >= 0) at = (at + 1) & (table_.size() - 1);
     table_[at] = static_cast<std::int32_t>(index);
   }
-  void Grow() {
-    table_.assign(table_.empty() ? kLeastSize : 2 * table_.size(), -1);
+  void Rehash(std::size_t size) {
+    table_.assign(size, -1);
     for (std::size_t i = 0; i < entries_.size(); ++i) Place(i);
   }
 

@@ -109,6 +109,12 @@ class FollowedMetric {
                                     std::span<const Metric> tensors,
                                     const StopSignal* stop = nullptr) const;
 
+  /// True if SetTensors at these vertices leaves nothing of what was followed before, unless it is
+  /// the same tensors.
+  [[nodiscard]] bool IsReplacedBy(std::span<const VertexId> vertices) const {
+    return committed() && !state_.limits.any() && std::ssize(vertices) == mesh_.vertex_count();
+  }
+
   /// Other tensors at some vertices from now on, bounds applied; the others keep theirs. Wants
   /// nothing if none differs from what is followed. @pre CheckTensors
   /// @param stop  null: nobody; else kCancelled if it asks to, and GoBack must follow

@@ -91,13 +91,15 @@ Status Remesher::Impl::FollowTensors(std::span<const VertexId> vertices,
   PLIANT_RETURN_IF_ERROR(LayDueLimits(stop_));
   const StopSignal* const stop = StopOfWhole();
   LeaveNestedBuild();
-  PLIANT_RETURN_IF_ERROR(LetMetricFollow());
+  const bool replaces_all = limits == nullptr && followed_.IsReplacedBy(vertices);
+  if (!replaces_all) PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   auto way = followed_.WayBack();
   const StopSignal* const way_stop = way ? stop : nullptr;
   Result<WantedTensors> wanted = limits == nullptr
                                      ? followed_.SetTensors(vertices, tensors, way_stop)
                                      : followed_.SetTensors(vertices, tensors, *limits, way_stop);
   if (wanted.ok() && wanted->vertices.empty()) return {};
+  carriers_.clear();  // What they carried is replaced, or followed by now.
   return ApplyOrGoBack(std::move(wanted), stop, std::move(way));
 }
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <utility>
 #include <vector>
 
@@ -241,46 +242,92 @@ TEST(DisplaceVertices, RefusesWhatItCannotRead) {
   EXPECT_EQ(error({VertexId(12)}, {nan}), std::pair(ErrorCode::kNotFinite, std::int64_t{0}));
 }
 
+/// A session that is at rest for a front, its vertices around that, and tensors once it has moved.
+struct FrontSession {
+  std::unique_ptr<Remesher> remesher;
+  std::vector<VertexId> front;
+  std::vector<Vec2> by;
+  std::shared_ptr<const MetricField> now;
+
+  [[nodiscard]] std::vector<Metric> TensorsNow() const {
+    std::vector<Metric> tensors;
+    std::int32_t hint = MetricField::kNoHint;
+    for (const VertexId v : testing::LiveVertices(remesher->mesh())) {
+      tensors.push_back(now->At(remesher->mesh().position(v), hint));
+    }
+    return tensors;
+  }
+};
+
+FrontSession MakeFrontSession(double nodes) {
+  testing::Case shock = testing::ShockCase(nodes, 0.4);
+  FrontSession made{.remesher = Remesher::Create(shock.domain, std::move(shock.field), {}).value(),
+                    .front = {},
+                    .by = {},
+                    .now = testing::ShockCase(nodes, 0.42).field};
+  EXPECT_TRUE(made.remesher->Step({}).ok());
+  (void)made.remesher->Commit();
+  for (const VertexId v : testing::LiveVertices(made.remesher->mesh())) {
+    const Vec2 p = made.remesher->mesh().position(v);
+    const double far = p.x - (std::sqrt(0.25 + 0.25 * (p.y - 0.5) * (p.y - 0.5)) - 0.1);
+    if (std::fabs(far) < 0.15) made.front.push_back(v);
+  }
+  made.by.assign(made.front.size(), Vec2{0.02, 0});
+  return made;
+}
+
+// Goal: tensors for all vertices replace what vertices carried along, whoever took that over before
+// them; if they are what these have anyway, the metric goes along as if none had been sent.
+TEST(DisplaceVertices, IsFollowedByTheTensorsThatAreSentForAll) {
+  for (const bool same : {false, true}) {
+    std::vector<std::uint64_t> hashes;
+    for (const bool takes_over_before : {false, true}) {
+      const FrontSession made = MakeFrontSession(1000);
+      DisplaceVertices displace(made.front, made.by);
+      ASSERT_TRUE(made.remesher->Apply(displace).ok());
+      std::vector<Metric> tensors = made.TensorsNow();
+      if (same) {
+        tensors.clear();
+        for (const VertexId v : testing::LiveVertices(made.remesher->mesh())) {
+          tensors.push_back(made.remesher->mesh().metric(v));
+        }
+      }
+      if (takes_over_before) {
+        // Says nothing new, but not of all vertices.
+        const VertexId one = made.front[0];
+        const Metric its = made.remesher->mesh().metric(one);
+        ASSERT_TRUE(made.remesher->SetTensors({{one}}, {{its}}).ok());
+      }
+      if (!(same && takes_over_before)) {
+        ASSERT_TRUE(made.remesher->SetTensors({}, tensors).ok());
+      }
+      ASSERT_TRUE(made.remesher->Step({}).ok());
+      hashes.push_back(made.remesher->Commit().summary.state_hash);
+      EXPECT_EQ(Faults(made.remesher->mesh()), "");
+    }
+    EXPECT_EQ(hashes[0], hashes[1]);
+  }
+}
+
 // Goal: a client that says how its front moves gets a mesh for the new metric at a small part of
 // the visits, also when it sends tensors at the vertices, which alone would not show the front
 // between them.
 TEST(DisplaceVertices, CarriesAFrontForTensorsAtVertices) {
-  constexpr double kNodes = 3000;
-  testing::Case shock = testing::ShockCase(kNodes, 0.4);
-  const auto now = testing::ShockCase(kNodes, 0.42).field;
-  auto made = Remesher::Create(shock.domain, std::move(shock.field), {});
-  ASSERT_TRUE(made.ok());
-  Remesher& session = **made;
-  ASSERT_TRUE(session.Step({}).ok());
-  (void)session.Commit();
+  FrontSession made = MakeFrontSession(3000);
+  Remesher& session = *made.remesher;
   const auto nodes = static_cast<double>(session.mesh().vertex_count());
-
-  std::vector<VertexId> front;
-  for (std::int32_t v = 0; v < session.mesh().vertex_slots(); ++v) {
-    const double g = session.mesh().position(VertexId(v)).y - 0.5;
-    const double far =
-        session.mesh().position(VertexId(v)).x - (std::sqrt(0.25 + 0.25 * g * g) - 0.1);
-    if (std::fabs(far) < 0.15) front.emplace_back(v);
-  }
-  const std::vector<Vec2> by(front.size(), Vec2{0.02, 0});
-  DisplaceVertices displace(front, by);
+  DisplaceVertices displace(made.front, made.by);
   ASSERT_TRUE(session.Apply(displace).ok());
   EXPECT_GT(displace.displaced_count(), static_cast<std::int64_t>(nodes / 3));
   EXPECT_EQ(Faults(session.mesh()), "");
 
-  std::vector<Metric> tensors;
-  std::int32_t hint = MetricField::kNoHint;
-  for (std::int32_t v = 0; v < session.mesh().vertex_slots(); ++v) {
-    if (!session.mesh().vertex(VertexId(v)).live) continue;
-    tensors.push_back(now->At(session.mesh().position(VertexId(v)), hint));
-  }
-  ASSERT_TRUE(session.SetTensors({}, tensors).ok());
+  ASSERT_TRUE(session.SetTensors({}, made.TensorsNow()).ok());
   const Result<Progress> progress = session.Step({});
   ASSERT_TRUE(progress.ok());
   EXPECT_LT(static_cast<double>(progress->counts.visits), 2.5 * nodes);
   (void)session.Commit();
   EXPECT_EQ(Faults(session.mesh()), "");
-  const Quality quality = MeasureQuality(session.mesh(), *now);
+  const Quality quality = MeasureQuality(session.mesh(), *made.now);
   EXPECT_GT(quality.q_mean, 0.975);
   EXPECT_GT(quality.integrated.share_125, 0.97);
 }
