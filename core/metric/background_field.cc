@@ -170,12 +170,11 @@ Result<std::unique_ptr<BackgroundField>> BackgroundField::Make(const BackgroundM
 std::unique_ptr<BackgroundField> BackgroundField::OfValid(LinkedTriangles mesh,
                                                           std::span<const Metric> tensors,
                                                           const StopSignal* stop) {
-  StopPoll stopped(stop);
-  LargeVector<LogMetric> logs;
-  logs.reserve(tensors.size());
-  for (const Metric& tensor : tensors) {
-    if (stopped()) return nullptr;
-    logs.push_back(Log(tensor));
+  LargeVector<LogMetric> logs(tensors.size());
+  for (std::size_t begin = 0; begin < tensors.size(); begin += StopPoll::kPeriod) {
+    if (stop != nullptr && stop->asked()) return nullptr;
+    const std::size_t count = std::min<std::size_t>(StopPoll::kPeriod, tensors.size() - begin);
+    LogEach(tensors.subspan(begin, count), std::span(logs).subspan(begin, count));
   }
   return std::unique_ptr<BackgroundField>(
       new BackgroundField(TriangleLocator(std::move(mesh)), std::move(logs)));
@@ -241,6 +240,7 @@ void BackgroundField::AtEach(std::span<const Vec2> points, std::span<std::int32_
     return;
   }
   std::array<Location, kAtOnce> found;
+  std::array<LogMetric, kAtOnce> logs;
   for (std::size_t begin = 0; begin < points.size(); begin += kAtOnce) {
     const auto located = std::span(found).first(std::min(kAtOnce, points.size() - begin));
     for (std::size_t i = 0; i < located.size(); ++i) located[i].triangle = hints[begin + i];
@@ -248,8 +248,9 @@ void BackgroundField::AtEach(std::span<const Vec2> points, std::span<std::int32_
     for (const Location& location : located) PrefetchLogs(location);
     for (std::size_t i = 0; i < located.size(); ++i) {
       hints[begin + i] = located[i].triangle;
-      metrics[begin + i] = Exp(LogIn(located[i]));
+      logs[i] = LogIn(located[i]);
     }
+    ExpEach(std::span(logs).first(located.size()), metrics.subspan(begin, located.size()));
   }
 }
 
@@ -274,14 +275,18 @@ std::optional<Metric> BackgroundField::Probe(Vec2 p, std::int32_t& hint) const {
   return At(p, hint);
 }
 
-void BackgroundField::ProbeEach(std::span<Question> questions) const {
+/// @param to_answers  makes answers of logarithms, of up to kAtOnce at once
+template <class Answer, class ToAnswers>
+void BackgroundField::AnswerEach(std::span<QuestionFor<Answer>> questions,
+                                 ToAnswers to_answers) const {
   std::array<Vec2, kAtOnce> places;
   std::array<Location, kAtOnce> found;
-  std::array<Question*, kAtOnce> asked;
+  std::array<QuestionFor<Answer>*, kAtOnce> asked;
+  std::array<LogMetric, kAtOnce> logs;
   while (!questions.empty()) {
     const std::size_t taken = std::min(kAtOnce, questions.size());
     std::size_t count = 0;
-    for (Question& one : questions.first(taken)) {
+    for (QuestionFor<Answer>& one : questions.first(taken)) {
       one.answer.reset();
       if (!Meet(locator_.box(), {one.place, one.place})) continue;
       places[count] = one.place;
@@ -290,12 +295,26 @@ void BackgroundField::ProbeEach(std::span<Question> questions) const {
     }
     locator_.LocateEach(std::span(places).first(count), std::span(found).first(count));
     for (const Location& location : std::span(found).first(count)) PrefetchLogs(location);
+    for (std::size_t k = 0; k < count; ++k) logs[k] = LogIn(found[k]);
+    const std::span<const Answer> answers = to_answers(std::span(logs).first(count));
     for (std::size_t k = 0; k < count; ++k) {
       asked[k]->hint = found[k].triangle;
-      asked[k]->answer = Exp(LogIn(found[k]));
+      asked[k]->answer = answers[k];
     }
     questions = questions.subspan(taken);
   }
+}
+
+void BackgroundField::ProbeEach(std::span<Question> questions) const {
+  std::array<Metric, kAtOnce> metrics;
+  AnswerEach(questions, [&](std::span<const LogMetric> logs) {
+    ExpEach(logs, std::span(metrics).first(logs.size()));
+    return std::span<const Metric>(metrics).first(logs.size());
+  });
+}
+
+void BackgroundField::ProbeLogEach(std::span<LogQuestion> questions) const {
+  AnswerEach(questions, [](std::span<const LogMetric> logs) { return logs; });
 }
 
 }  // namespace pliant

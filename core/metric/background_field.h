@@ -55,6 +55,7 @@ class BackgroundField final : public MetricField {
   [[nodiscard]] std::optional<Metric> Probe(Vec2 p, std::int32_t& hint) const override;
 
   void ProbeEach(std::span<Question> questions) const override;
+  void ProbeLogEach(std::span<LogQuestion> questions) const override;
 
   void PrefetchHint(std::int32_t hint) const override { locator_.Prefetch(hint); }
   void PrefetchBehindHint(std::int32_t hint) const override;
@@ -72,6 +73,8 @@ class BackgroundField final : public MetricField {
   BackgroundField(TriangleLocator locator, LargeVector<LogMetric> logs)
       : locator_(std::move(locator)), logs_(std::move(logs)) {}
 
+  template <class Answer, class ToAnswers>
+  void AnswerEach(std::span<QuestionFor<Answer>> questions, ToAnswers to_answers) const;
   void PrefetchLogs(const Location& location) const;
 
   TriangleLocator locator_;

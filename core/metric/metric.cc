@@ -1,10 +1,12 @@
 #include "core/metric/metric.h"
 
 #include <algorithm>
+#include <array>
 #include <limits>
 
 #include "core/base/check.h"
 #include "core/base/math.h"
+#include "core/base/vector_kernel.h"
 
 namespace pliant {
 namespace {
@@ -22,35 +24,36 @@ struct Spectrum {
 
 /// ab - cd with one rounding's error even where the products cancel, by Kahan's method. std::fma
 /// is exactly rounded by definition, in hardware or in software: the same bits everywhere.
-double DifferenceOfProducts(double a, double b, double c, double d) {
+PLIANT_PART_OF_KERNEL inline double DifferenceOfProducts(double a, double b, double c, double d) {
   const double cd = c * d;
   const double rounding = std::fma(-c, d, cd);
   return std::fma(a, b, -cd) + rounding;
 }
 
-double AccurateDeterminant(const Metric& m) {
+PLIANT_PART_OF_KERNEL inline double AccurateDeterminant(const Metric& m) {
   return DifferenceOfProducts(m.m11, m.m22, m.m12, m.m12);
 }
 
 /// Eigenvalues as mean -+ radius; the smaller in size of the two may be inaccurate.
-Spectrum SpectrumOf(double a11, double a12, double a22) {
+PLIANT_PART_OF_KERNEL inline Spectrum SpectrumOf(double a11, double a12, double a22) {
   const double mean = 0.5 * (a11 + a22);
   const double d = 0.5 * (a11 - a22);
   const double radius = std::sqrt(d * d + a12 * a12);
-  if (radius == 0) return {mean, mean, 0, 0, 1};
   // P = (I + [d a12; a12 -d] / radius) / 2. The small diagonal entry is computed as
-  // a12^2 / (2 radius (radius + |d|)), which does not cancel.
+  // a12^2 / (2 radius (radius + |d|)), which does not cancel. Where the radius is 0 it is [0 0; 0
+  // 1]; without a branch, for loops that become vector code.
   const double sum = radius + std::abs(d);
-  const double big = sum / (2 * radius);
-  const double small = (a12 / sum) * (a12 / (2 * radius));
+  const double big = radius == 0 ? 1 : sum / (2 * radius);
+  const double small = radius == 0 ? 0 : (a12 / sum) * (a12 / (2 * radius));
+  const double p12 = radius == 0 ? 0 : a12 / (2 * radius);
   const double p11 = d > 0 ? big : small;
   const double p22 = d > 0 ? small : big;
-  return {mean - radius, mean + radius, p11, a12 / (2 * radius), p22};
+  return {mean - radius, mean + radius, p11, p12, p22};
 }
 
 /// As above for a positive definite tensor: both eigenvalues are accurate, because the small one
 /// is the determinant divided by the large one.
-Spectrum SpectrumOf(const Metric& m) {
+PLIANT_PART_OF_KERNEL inline Spectrum SpectrumOf(const Metric& m) {
   Spectrum spectrum = SpectrumOf(m.m11, m.m12, m.m22);
   if (spectrum.low != spectrum.high) spectrum.low = AccurateDeterminant(m) / spectrum.high;
   return spectrum;
@@ -58,10 +61,58 @@ Spectrum SpectrumOf(const Metric& m) {
 
 /// The matrix with the axes of `axes` and the given eigenvalues. Never called with low > high by
 /// more than rounding; the diagonal is a sum of non-negative terms and so stays accurate.
-Metric Compose(const Spectrum& axes, double low, double high) {
+PLIANT_PART_OF_KERNEL inline Metric Compose(const Spectrum& axes, double low, double high) {
   return {high * axes.p11 + low * axes.p22, (high - low) * axes.p12,
           high * axes.p22 + low * axes.p11};
 }
+
+/// So many tensors are worked on together.
+constexpr std::size_t kAtOnce = 64;
+
+/// The entries of as many symmetric matrices.
+struct Columns {
+  std::array<double, kAtOnce> a11;
+  std::array<double, kAtOnce> a12;
+  std::array<double, kAtOnce> a22;
+};
+
+/// What a kernel made of such matrices, and their eigenvalues, by which the results are judged.
+struct ResultColumns : Columns {
+  std::array<double, kAtOnce> low;
+  std::array<double, kAtOnce> high;
+};
+
+/// The same operations as Log, for matrices whose eigenvalues are normal numbers.
+PLIANT_FMA_KERNEL
+void RunLogKernel(const Columns& in, std::size_t count, ResultColumns& out) {
+  PLIANT_INDEPENDENT
+  for (std::size_t k = 0; k < count; ++k) {
+    const Spectrum spectrum = SpectrumOf(Metric{in.a11[k], in.a12[k], in.a22[k]});
+    const Metric log = Compose(spectrum, LogOfNormal(spectrum.low), LogOfNormal(spectrum.high));
+    out.low[k] = spectrum.low;
+    out.high[k] = spectrum.high;
+    out.a11[k] = log.m11;
+    out.a12[k] = log.m12;
+    out.a22[k] = log.m22;
+  }
+}
+
+/// And as Exp, for those whose eigenvalues are at most kModerate in size.
+PLIANT_VECTOR_KERNEL
+void RunExpKernel(const Columns& in, std::size_t count, ResultColumns& out) {
+  PLIANT_INDEPENDENT
+  for (std::size_t k = 0; k < count; ++k) {
+    const Spectrum spectrum = SpectrumOf(in.a11[k], in.a12[k], in.a22[k]);
+    const Metric exp = Compose(spectrum, ExpOfModerate(spectrum.low), ExpOfModerate(spectrum.high));
+    out.low[k] = spectrum.low;
+    out.high[k] = spectrum.high;
+    out.a11[k] = exp.m11;
+    out.a12[k] = exp.m12;
+    out.a22[k] = exp.m22;
+  }
+}
+
+constexpr double kModerate = 700;
 
 bool BoundsNothing(const SizeBounds& bounds) {
   return bounds.size_max <= 0 && bounds.size_min <= 0 && bounds.anisotropy_max <= 0;
@@ -121,6 +172,49 @@ LogMetric Log(const Metric& m) {
 Metric Exp(const LogMetric& l) {
   const Spectrum spectrum = SpectrumOf(l.l11, l.l12, l.l22);
   return Compose(spectrum, Exp(spectrum.low), Exp(spectrum.high));
+}
+
+void LogEach(std::span<const Metric> metrics, std::span<LogMetric> logs) {
+  PLIANT_CHECK(metrics.size() == logs.size());
+  Columns in;
+  ResultColumns out;
+  for (std::size_t begin = 0; begin < metrics.size(); begin += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, metrics.size() - begin);
+    for (std::size_t k = 0; k < count; ++k) {
+      const Metric& m = metrics[begin + k];
+      in.a11[k] = m.m11;
+      in.a12[k] = m.m12;
+      in.a22[k] = m.m22;
+    }
+    RunLogKernel(in, count, out);
+    for (std::size_t k = 0; k < count; ++k) {
+      const bool is_normal = out.low[k] >= std::numeric_limits<double>::min() &&
+                             out.high[k] <= std::numeric_limits<double>::max();
+      logs[begin + k] =
+          is_normal ? LogMetric{out.a11[k], out.a12[k], out.a22[k]} : Log(metrics[begin + k]);
+    }
+  }
+}
+
+void ExpEach(std::span<const LogMetric> logs, std::span<Metric> metrics) {
+  PLIANT_CHECK(logs.size() == metrics.size());
+  Columns in;
+  ResultColumns out;
+  for (std::size_t begin = 0; begin < logs.size(); begin += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, logs.size() - begin);
+    for (std::size_t k = 0; k < count; ++k) {
+      const LogMetric& l = logs[begin + k];
+      in.a11[k] = l.l11;
+      in.a12[k] = l.l12;
+      in.a22[k] = l.l22;
+    }
+    RunExpKernel(in, count, out);
+    for (std::size_t k = 0; k < count; ++k) {
+      const bool is_moderate = out.low[k] >= -kModerate && out.high[k] <= kModerate;
+      metrics[begin + k] =
+          is_moderate ? Metric{out.a11[k], out.a12[k], out.a22[k]} : Exp(logs[begin + k]);
+    }
+  }
 }
 
 double LogDistance(const LogMetric& a, const LogMetric& b) {

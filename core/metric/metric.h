@@ -2,6 +2,7 @@
 
 #include <cmath>
 #include <optional>
+#include <span>
 
 #include "core/geometry/vec2.h"
 
@@ -118,6 +119,9 @@ struct LogMetric {
 /// @pre IsPositiveDefinite(m)
 [[nodiscard]] LogMetric Log(const Metric& m);
 [[nodiscard]] Metric Exp(const LogMetric& l);
+/// Log and Exp of each of them, with the same bits. @pre both are equally long
+void LogEach(std::span<const Metric> metrics, std::span<LogMetric> logs);
+void ExpEach(std::span<const LogMetric> logs, std::span<Metric> metrics);
 
 /// The Frobenius norm of a - b: how unlike two tensors are, whatever the units and axes.
 /// [Arsigny2006]

@@ -52,14 +52,26 @@ class MetricField {
   }
 
   /// One of several questions of someone who looks around.
-  struct Question {
+  template <class Answer>
+  struct QuestionFor {
     Vec2 place;
     std::int32_t hint = kNoHint;
-    std::optional<Metric> answer;
+    std::optional<Answer> answer;
   };
+  using Question = QuestionFor<Metric>;
   /// Probe for each of them, with the same answers; those that walk through a mesh go side by side.
   virtual void ProbeEach(std::span<Question> questions) const {
     for (Question& one : questions) one.answer = Probe(one.place, one.hint);
+  }
+
+  using LogQuestion = QuestionFor<LogMetric>;
+  /// The same for the logarithms of the metrics, to rounding: where these are what the field is
+  /// made of, there is neither an exponential to compute nor its logarithm.
+  virtual void ProbeLogEach(std::span<LogQuestion> questions) const {
+    for (LogQuestion& one : questions) {
+      const std::optional<Metric> metric = Probe(one.place, one.hint);
+      one.answer = metric ? std::optional(Log(*metric)) : std::nullopt;
+    }
   }
 
   /// Says that At will soon be asked with this hint, so that the memory can be fetched by then:

@@ -30,6 +30,8 @@ constexpr double kExplained = 0.3;
 constexpr double kDoubtful = 0.15;
 /// What was sent is exact, so that the way back to the old tensors leaves less than this share.
 constexpr double kDoubtfulBack = 0.004;
+/// And no more than this, where that is little: vertices hold tensors that differ by less.
+constexpr double kHeldBack = 0.02;
 /// Newton's steps end when one leaves more than this share.
 constexpr double kEnough = 0.98;
 /// A look around that finds no shift with less than this share of the differences ends the search.
@@ -81,11 +83,12 @@ class ShiftSearch {
     Vec2 best = Newton(from);
     double cost = Cost(best, 1);
     // Newton's steps can end beside a front that is thinner than what they have left.
-    for (int again = 0; again < kSecondTries && cost > kDoubtfulBack * before; ++again) {
+    const double doubtful = std::max(kDoubtfulBack * before, kHeldBack);
+    for (int again = 0; again < kSecondTries && cost > doubtful; ++again) {
       const Vec2 other = Newton(Walk(best, {.stride = 1, .step = kNearStep}));
       const double last = std::exchange(cost, Cost(other, 1));
-      if (!(cost < last)) break;
-      best = other;
+      if (cost < last) best = other;
+      if (!(cost < kEnough * last)) break;
     }
     return best;
   }
@@ -114,26 +117,23 @@ class ShiftSearch {
     std::int32_t hint;
   };
 
-  /// Asks what the field has after a shift, of every `stride`-th place; nothing where it has no
-  /// answer.
-  std::span<const MetricField::Question> Ask(Vec2 shift, std::size_t stride) {
+  /// Asks for the logarithm that the field has after a shift, of every `stride`-th place; nothing
+  /// where it has no answer.
+  std::span<const MetricField::LogQuestion> Ask(Vec2 shift, std::size_t stride) {
     questions_.clear();
     for (std::size_t i = 0; i < places_.size(); i += stride) {
       questions_.push_back({places_[i].position + shift, places_[i].hint, {}});
     }
-    field_.ProbeEach(questions_);
+    field_.ProbeLogEach(questions_);
     for (std::size_t k = 0; k < questions_.size(); ++k) {
       places_[k * stride].hint = questions_[k].hint;
     }
     return questions_;
   }
 
-  /// The logarithms of the answers.
   std::vector<std::optional<LogMetric>> LogsAt(Vec2 shift) {
     std::vector<std::optional<LogMetric>> logs;
-    for (const MetricField::Question& one : Ask(shift, 1)) {
-      logs.push_back(one.answer ? std::optional(Log(*one.answer)) : std::nullopt);
-    }
+    for (const MetricField::LogQuestion& one : Ask(shift, 1)) logs.push_back(one.answer);
     return logs;
   }
 
@@ -143,8 +143,8 @@ class ShiftSearch {
     double sum = 0;
     const auto questions = Ask(shift, stride);
     for (std::size_t k = 0; k < questions.size(); ++k) {
-      const std::optional<Metric>& answer = questions[k].answer;
-      sum += answer ? std::min(kDifferenceMax, LogDistance(Log(*answer), places_[k * stride].log))
+      const std::optional<LogMetric>& answer = questions[k].answer;
+      sum += answer ? std::min(kDifferenceMax, LogDistance(*answer, places_[k * stride].log))
                     : kDifferenceMax;
     }
     return sum / static_cast<double>(questions.size());
@@ -253,7 +253,7 @@ class ShiftSearch {
   const MetricField& field_;
   const StopSignal* const stop_;
   std::vector<Place> places_;
-  std::vector<MetricField::Question> questions_;  // Of the last Ask.
+  std::vector<MetricField::LogQuestion> questions_;  // Of the last Ask.
   Vec2 low_;
   Vec2 high_;
 };

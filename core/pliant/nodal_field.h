@@ -19,6 +19,7 @@ class NodalField final : public MetricField {
   /// @par Cost  a walk of a few triangles from a good hint, one exponential, and a logarithm for
   ///            each vertex that is asked for the first time.
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
+  void ProbeLogEach(std::span<LogQuestion> questions) const override;
 
  private:
   std::shared_ptr<FrozenMesh> mesh_;

@@ -3,25 +3,9 @@
 #include <cmath>
 
 #include "core/base/math.h"
+#include "core/base/vector_kernel.h"
 #include "core/delaunay/metric_flip.h"
 #include "core/geometry/predicates.h"
-
-// One copy of a kernel for every kind of processor, chosen when the program starts. All give the
-// same bits: vector instructions round each operation like scalar ones, and the build forbids to
-// contract a multiplication and an addition into one.
-#if defined(__x86_64__) && !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__) && \
-    defined(__GNUC__) && !defined(__clang__)
-#define PLIANT_VECTOR_KERNEL __attribute__((target_clones("avx2", "default")))
-#else
-#define PLIANT_VECTOR_KERNEL
-#endif
-
-// The columns of a kernel never overlap; the compiler cannot know.
-#if defined(__clang__)
-#define PLIANT_INDEPENDENT _Pragma("clang loop vectorize(assume_safety)")
-#else
-#define PLIANT_INDEPENDENT _Pragma("GCC ivdep")
-#endif
 
 namespace pliant {
 namespace {

@@ -102,6 +102,14 @@ void RecalledField::ProbeEach(std::span<Question> questions) const {
   }
 }
 
+void RecalledField::ProbeLogEach(std::span<LogQuestion> questions) const {
+  if (recalls_) {
+    MetricField::ProbeLogEach(questions);
+  } else {
+    sent_->ProbeLogEach(questions);
+  }
+}
+
 std::size_t RecalledField::bytes() const {
   return sent_->bytes() + rests_.entries().capacity() * sizeof(Rest) +
          recalled_.capacity() * sizeof(std::int32_t);

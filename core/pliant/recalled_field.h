@@ -53,6 +53,7 @@ class RecalledField final : public MetricField {
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
   [[nodiscard]] std::optional<Metric> Probe(Vec2 p, std::int32_t& hint) const override;
   void ProbeEach(std::span<Question> questions) const override;
+  void ProbeLogEach(std::span<LogQuestion> questions) const override;
   void PrefetchHint(std::int32_t hint) const override { sent_->PrefetchHint(hint); }
   void PrefetchBehindHint(std::int32_t hint) const override { sent_->PrefetchBehindHint(hint); }
   [[nodiscard]] std::size_t bytes() const override;

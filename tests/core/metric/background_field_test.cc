@@ -157,7 +157,15 @@ TEST(BackgroundField, ProbesManyPointsAsOne) {
     one.hint = static_cast<std::int32_t>(rng.Below(40)) - 5;
     one.answer = Metric::Isotropic(1);
   }
+  std::vector<MetricField::LogQuestion> log_questions;
+  for (const auto& one : questions) log_questions.push_back({one.place, one.hint, LogMetric{}});
   field->ProbeEach(questions);
+  field->ProbeLogEach(log_questions);
+  for (std::size_t i = 0; i < questions.size(); ++i) {
+    const auto& log = log_questions[i].answer;
+    EXPECT_EQ(questions[i].answer, log ? std::optional(Exp(*log)) : std::nullopt);
+    EXPECT_EQ(questions[i].hint, log_questions[i].hint);
+  }
   std::int64_t outside = 0;
   for (const auto& one : questions) {
     std::int32_t hint = MetricField::kNoHint;

@@ -6,6 +6,10 @@
 #include <cmath>
 #include <limits>
 #include <numbers>
+#include <span>
+#include <string>
+#include <utility>
+#include <vector>
 
 #include "core/base/rng.h"
 
@@ -169,6 +173,38 @@ TEST(LogMetric, IsTheLogarithmOfTheEigenvalues) {
   const LogMetric turned = Log(Metric{(a + b) / 2, (a - b) / 2, (a + b) / 2});
   EXPECT_NEAR(turned.l11, -0.5, 1e-13);
   EXPECT_NEAR(turned.l12, 2.5, 1e-13);
+}
+
+// Goal: many at once have the bits of each alone, also where eigenvalues are equal, or logarithms
+// and exponentials leave the range of a kernel; at any place of a block.
+TEST(LogMetric, HasTheSameBitsForManyAtOnce) {
+  constexpr std::uint64_t kSeed = 64;
+  SCOPED_TRACE("seed " + std::to_string(kSeed));
+  Rng rng(kSeed);
+  std::vector<Metric> metrics = {Metric::Isotropic(1),  Metric::Isotropic(0.003), {2, 0, 2},
+                                 {1e-150, 0, 1e-150},   {1e-150, 0, 1e150},       {1e150, 0, 1e150},
+                                 {1e-150, 0, 2.3e-158}, {4e-324, 0, 1},           {1, 1e-170, 1},
+                                 {1, 1 - 1e-16, 1}};
+  while (metrics.size() < 500) metrics.push_back(Draw(rng, 7).metric);
+  for (std::size_t i = metrics.size() - 1; i > 0; --i) {
+    std::swap(metrics[i], metrics[rng.Below(i + 1)]);
+  }
+  std::vector<LogMetric> logs(metrics.size());
+  LogEach(metrics, logs);
+  for (std::size_t i = 0; i < metrics.size(); ++i) EXPECT_EQ(logs[i], Log(metrics[i])) << i;
+
+  for (int i = 0; i < 20; ++i) {
+    logs.push_back({rng.Uniform(-800, 800), rng.Uniform(-300, 300), rng.Uniform(-800, 800)});
+  }
+  for (const std::size_t count : {0U, 1U, 63U, 64U, 65U, 520U}) {
+    std::vector<Metric> found(count);
+    ExpEach(std::span(logs).first(count), found);
+    for (std::size_t i = 0; i < count; ++i) {
+      const Metric one = Exp(logs[i]);
+      const bool is_nan = one.m11 != one.m11 || one.m12 != one.m12 || one.m22 != one.m22;
+      EXPECT_TRUE(is_nan || found[i] == one) << i;
+    }
+  }
 }
 
 TEST(LogDistance, ComparesSizesByTheirRatio) {

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <array>
 #include <memory>
 #include <vector>
 
@@ -35,6 +36,9 @@ TEST(NodalField, IsThatOfACopyAsABackgroundMesh) {
     const Vec2 p = {rng.Uniform(-1, 11), rng.Uniform(-1, 11)};
     EXPECT_LT(RelativeChange(expected->At(p, other_hint), field.At(p, hint)), 1e-7);
     EXPECT_TRUE(hint >= 0);
+    std::array<MetricField::LogQuestion, 1> question = {{{p, hint, {}}}};
+    field.ProbeLogEach(question);
+    EXPECT_EQ(Exp(*question[0].answer), field.At(p, hint));
   }
 }
 
