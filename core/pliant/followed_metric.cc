@@ -18,6 +18,10 @@ constexpr int kLimitRounds = 3;
 /// faster than a mesh that is changing.
 constexpr std::ptrdiff_t kCopyShare = 8;
 
+/// Of tensors of which fewer than one in so many are others than those followed, only these are
+/// followed: a copy of the whole mesh would take longer than all else.
+constexpr std::ptrdiff_t kFewShare = 32;
+
 /// From one vertex in so many on, limiting everything anew is cheaper than following the changes;
 /// the result is the same.
 constexpr std::size_t kReloadShare = 6;
@@ -131,16 +135,24 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
   if (has_raw) PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField(), stop));
   std::vector<Metric> bounded;
   bounded.reserve(tensors.size());
-  bool same = true;
+  WantedTensors others;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (stopped()) return Stopped();
     const Metric& old = has_raw ? limits_.Raw(vertices[i]) : mesh_.metric(vertices[i]);
     bounded.push_back(Bound(tensors[i], state_.bounds));
-    same = same && !Differs(old, bounded.back());
+    if (!Differs(old, bounded.back())) continue;
+    others.vertices.push_back(vertices[i]);
+    others.tensors.push_back(bounded.back());
   }
-  if (has_raw) return same ? LayLimits(stop) : LimitTensors(vertices, bounded, stop);
-  if (same && !state_.limits.any()) return WantedTensors{};
+  if (has_raw) {
+    return others.vertices.empty() ? LayLimits(stop) : LimitTensors(vertices, bounded, stop);
+  }
+  if (others.vertices.empty() && !state_.limits.any()) return WantedTensors{};
   WantedTensors given{{vertices.begin(), vertices.end()}, std::move(bounded)};
+  // Where little has changed, those within the tolerance stay, as they do in the mesh.
+  if (committed() && kFewShare * std::ssize(others.vertices) <= std::ssize(given.vertices)) {
+    given = std::move(others);
+  }
   PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, FollowTensors(std::move(given), stop));
   if (!state_.limits.any()) return wanted;
   state_.limit_rounds_left = kLimitRounds;

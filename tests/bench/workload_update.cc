@@ -9,6 +9,7 @@
 #include "core/mesh/export_mesh.h"
 #include "core/metric/function_field.h"
 #include "core/motion/move.h"
+#include "core/pliant/followed_metric.h"
 #include "tests/bench/workload_step.h"
 
 namespace pliant::bench {
@@ -54,6 +55,23 @@ Neighborhood Nearest(const Mesh& mesh, Vec2 center, std::int64_t count) {
   return result;
 }
 
+/// Tensors at some vertices; if all are to be sent, at the others what these have.
+Result<Update> SendTensors(Remesher& remesher, const Request& request,
+                           std::vector<VertexId> vertices, std::vector<Metric> tensors) {
+  if (request.sends_all) {
+    const Mesh& mesh = remesher.mesh();
+    std::vector<Metric> by_slot(static_cast<std::size_t>(mesh.vertex_slots()));
+    for (std::size_t s = 0; s < by_slot.size(); ++s) {
+      by_slot[s] = mesh.metric(VertexId(static_cast<std::int32_t>(s)));
+    }
+    for (std::size_t i = 0; i < vertices.size(); ++i) by_slot[vertices[i].index()] = tensors[i];
+    vertices = LiveVertices(mesh);
+    tensors.clear();
+    for (const VertexId id : vertices) tensors.push_back(by_slot[id.index()]);
+  }
+  return RunOne(remesher, [&] { return remesher.SetTensors(vertices, tensors); });
+}
+
 /// Twice the density around a point of about `changed` nodes, smooth at the rim, then as before.
 Result<nlohmann::json> RunBump(Remesher& remesher, const Request& request) {
   PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(request.instance));
@@ -78,14 +96,12 @@ Result<nlohmann::json> RunBump(Remesher& remesher, const Request& request) {
   for (int run = 0; run < request.repeat; ++run) {
     const Neighborhood where = Nearest(remesher.mesh(), center, request.changed);
     const auto finer = tensors_at(where, 1);
-    PLIANT_ASSIGN_OR_RETURN(
-        Update up, RunOne(remesher, [&] { return remesher.SetTensors(where.vertices, finer); }));
+    PLIANT_ASSIGN_OR_RETURN(Update up, SendTensors(remesher, request, where.vertices, finer));
     ups.push_back(std::move(up));
     // The bump and as much again around it, where nodes have the metric interpolated from it.
     Neighborhood after = Nearest(remesher.mesh(), center, 4 * request.changed);
     const auto before = tensors_at(after, 0);
-    PLIANT_ASSIGN_OR_RETURN(
-        Update down, RunOne(remesher, [&] { return remesher.SetTensors(after.vertices, before); }));
+    PLIANT_ASSIGN_OR_RETURN(Update down, SendTensors(remesher, request, after.vertices, before));
     downs.push_back(std::move(down));
   }
   return nlohmann::json{{"on", JsonOf(ups)}, {"off", JsonOf(downs)}};

@@ -2,6 +2,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <memory>
@@ -189,6 +190,23 @@ TEST_F(FollowedMetricTest, FollowsFewTensorsLikeMany) {
   SetSize(VertexId(40), 0.05);
   const std::vector<Metric> few = Answers();
   for (std::size_t i = 0; i < few.size(); ++i) EXPECT_LT(RelativeChange(many[i], few[i]), 1e-12);
+}
+
+// Goal: tensors for all vertices, of which few are others than those followed, are no more than
+// those few: who is within the tolerance stays. Where many are others, all that was sent holds.
+TEST_F(FollowedMetricTest, FollowsOnlyWhatIsOtherWhereThatIsLittle) {
+  constexpr double kWithinTolerance = 0.101;
+  for (const std::size_t other_count : {1U, 20U}) {
+    std::vector<Metric> all(81, Metric::Isotropic(kWithinTolerance));
+    std::fill_n(all.begin(), other_count, Metric::Isotropic(0.05));
+    const Result<WantedTensors> wanted = followed_.SetTensors(LiveVertices(mesh_), all);
+    ASSERT_TRUE(wanted.ok());
+    EXPECT_EQ(wanted->vertices.size(), other_count == 1 ? 1U : 81U);
+    const double size = other_count == 1 ? 0.1 : kWithinTolerance;
+    EXPECT_LT(RelativeChange(Metric::Isotropic(size), At(mesh_.position(VertexId(60)))), 1e-7);
+    EXPECT_LT(RelativeChange(all[0], At(mesh_.position(VertexId(0)))), 1e-7);
+    Rollback();
+  }
 }
 
 TEST_F(FollowedMetricTest, LimitsWhereASizeJumps) {
