@@ -166,9 +166,10 @@ class MeshEdit {
   /// edge: ReplaceCavity must follow.
   void SplitConstrainedEdge(EdgeId edge, VertexId vertex, double t);
 
-  /// Makes a vertex inside a segment a given point: its segment ends there and a new one goes on.
-  /// @par Cost O(edges of the segment)
-  void CutSegment(VertexId vertex);
+  /// Makes vertices inside segments given points: their segments end there and new ones go on, in
+  /// free places, lowest first. @par Cost O(segments of the mesh + edges of those that are cut)
+  void CutSegments(std::span<const VertexId> vertices);
+  void CutSegment(VertexId vertex) { CutSegments({&vertex, 1}); }
 
   /// What a new domain needs (mesh_edit_region.cc): in this order edges and segments go and come,
   /// ReplaceRegion follows, then vertices without triangles are removed.
@@ -332,7 +333,10 @@ class MeshEdit {
                   std::span<const OuterSide> outer);
   void LinkAcross(const OpenSide& side, TriangleId neighbor);
   void SettleCorner(VertexId vertex);
-  void LogSegment(std::int32_t index);
+  /// By index: whether the log has, or needs, no record of a segment.
+  [[nodiscard]] std::vector<bool> LoggedSegments() const;
+  void LogSegment(std::int32_t index, std::vector<bool>& logged);
+  void CutSegment(VertexId vertex, std::int32_t rest);
 
   /// The check after an operation, unless a constrained edge was changed whose triangles are about
   /// to follow by ReplaceCavity.

@@ -67,17 +67,9 @@ void MeshEdit::Unfix(VertexId vertex) {
 std::vector<std::int32_t> MeshEdit::ReplaceSegments(std::span<const std::int32_t> removed,
                                                     std::span<const SegmentRecord> added) {
   std::vector<SegmentRecord>& segments = mesh_.segments_;
-  // One pass over the log, in which LogSegment would look for each of them.
-  std::vector<bool> known(segments.size(), !logging());
-  for (const auto& [index, old] : log_.segments) known[static_cast<std::size_t>(index)] = true;
-  const auto remember = [&](std::int32_t index) {
-    const auto at = static_cast<std::size_t>(index);
-    if (at >= known.size() || known[at] || index >= log_.segment_slots) return;
-    known[at] = true;
-    log_.segments.emplace_back(index, segments[at]);
-  };
+  std::vector<bool> logged = LoggedSegments();
   for (const std::int32_t index : removed) {
-    remember(index);
+    LogSegment(index, logged);
     segments[static_cast<std::size_t>(index)] = {};
   }
   std::vector<std::int32_t> places;
@@ -86,7 +78,7 @@ std::vector<std::int32_t> MeshEdit::ReplaceSegments(std::span<const std::int32_t
     while (next < segments.size() && segments[next].a.valid()) ++next;
     if (next == segments.size()) segments.emplace_back();
     places.push_back(static_cast<std::int32_t>(next));
-    remember(places.back());
+    LogSegment(places.back(), logged);
     segments[next] = record;
   }
   return places;

@@ -57,11 +57,9 @@ void MeshEdit::Keep(Trial trial) {
   merge(log_.triangles, inner.triangles, mesh_.triangles_);
   merge(log_.edges, inner.edges, mesh_.edges_);
   if (!logging()) return;
+  const std::vector<bool> logged = LoggedSegments();
   for (const auto& entry : inner.segments) {
-    const bool known = entry.first >= log_.segment_slots ||
-                       std::any_of(log_.segments.begin(), log_.segments.end(),
-                                   [&](const auto& before) { return before.first == entry.first; });
-    if (!known) log_.segments.push_back(entry);
+    if (!logged[static_cast<std::size_t>(entry.first)]) log_.segments.push_back(entry);
   }
 }
 
@@ -94,11 +92,19 @@ void MeshEdit::RestoreSegments() {
   log_.segments.clear();
 }
 
-void MeshEdit::LogSegment(std::int32_t index) {
-  if (!logging() || index >= log_.segment_slots) return;
-  const bool known = std::any_of(log_.segments.begin(), log_.segments.end(),
-                                 [&](const auto& entry) { return entry.first == index; });
-  if (!known) log_.segments.emplace_back(index, mesh_.segments_[static_cast<std::size_t>(index)]);
+std::vector<bool> MeshEdit::LoggedSegments() const {
+  std::vector<bool> logged(mesh_.segments_.size(), !logging());
+  const auto old_count = static_cast<std::size_t>(log_.segment_slots);
+  for (std::size_t i = old_count; i < logged.size(); ++i) logged[i] = true;
+  for (const auto& [index, old] : log_.segments) logged[static_cast<std::size_t>(index)] = true;
+  return logged;
+}
+
+void MeshEdit::LogSegment(std::int32_t index, std::vector<bool>& logged) {
+  const auto at = static_cast<std::size_t>(index);
+  if (at >= logged.size() || logged[at]) return;
+  logged[at] = true;
+  log_.segments.emplace_back(index, mesh_.segments_[at]);
 }
 
 void MeshEdit::PlaceVertex(VertexId vertex, Vec2 position) {
@@ -111,16 +117,28 @@ void MeshEdit::SetParameter(VertexId vertex, double t) {
   TouchEdge(after).parameters[0] = t;
 }
 
-void MeshEdit::CutSegment(VertexId vertex) {
+void MeshEdit::CutSegments(std::span<const VertexId> vertices) {
+  if (vertices.empty()) return;
+  std::vector<bool> logged = LoggedSegments();
+  std::size_t free = 0;
+  for (const VertexId vertex : vertices) {
+    while (free < mesh_.segments_.size() && mesh_.segments_[free].a.valid()) ++free;
+    if (free == mesh_.segments_.size()) mesh_.segments_.emplace_back();
+    LogSegment(static_cast<std::int32_t>(free), logged);
+    LogSegment(mesh_.edge(mesh_.SegmentEdges(vertex)[0]).segment, logged);
+    CutSegment(vertex, static_cast<std::int32_t>(free));
+  }
+}
+
+/// Lets the segment of a vertex end there and go on in the free place `rest`.
+void MeshEdit::CutSegment(VertexId vertex, std::int32_t rest) {
   const auto [before, after] = mesh_.SegmentEdges(vertex);
   const std::int32_t whole = mesh_.edge(before).segment;
   const double t = mesh_.edge(before).parameters[1];
-  const auto rest = static_cast<std::int32_t>(mesh_.segments_.size());
   SegmentRecord& record = mesh_.segments_[static_cast<std::size_t>(whole)];
-  LogSegment(whole);
   const VertexId end = record.b;
   record.b = vertex;
-  mesh_.segments_.push_back({vertex, end});
+  mesh_.segments_[static_cast<std::size_t>(rest)] = {vertex, end};
   Fix(vertex);
   // The next edge of the segment begins where this one ends, or ends where it begins.
   const auto along = [&](EdgeId first, std::size_t side, auto visit) {

@@ -28,7 +28,7 @@ class Motion final : public MeshChange {
     const Mesh& mesh = edit.mesh();
     report_ = {};
     PLIANT_ASSIGN_OR_RETURN(MotionPlan plan, MotionPlan::Make(mesh, request_, stop()));
-    for (const VertexId vertex : plan.cuts()) edit.CutSegment(vertex);
+    edit.CutSegments(plan.cuts());
     plan.FindRiders(mesh);
     double limit = 1;
     if (const std::optional<Contact> contact = FindContact(mesh, plan)) {

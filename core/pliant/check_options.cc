@@ -1,6 +1,7 @@
 #include "core/pliant/check_options.h"
 
 #include <array>
+#include <limits>
 #include <sstream>
 
 namespace pliant {
@@ -31,6 +32,8 @@ Status CheckOptions(const Options& options) {
                 static_cast<double>(options.age_max) - 1},
       RangeRule{"hops_max", static_cast<double>(options.hops_max), 1, 250},
       RangeRule{"metric_tolerance", options.metric_tolerance, 0, 1},
+      RangeRule{"boundary_tolerance", options.boundary_tolerance, 0,
+                std::numeric_limits<double>::max()},
       RangeRule{"vertices_max", static_cast<double>(options.vertices_max), 3, 1e8},
       RangeRule{"visits_per_vertex_max", static_cast<double>(options.visits_per_vertex_max), 1,
                 1e6},

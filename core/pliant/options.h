@@ -68,6 +68,13 @@ struct Options {
   /// its metric as it was. In [0, 1]; 0 wakes on any change.
   double metric_tolerance = 0.05;
 
+  /// How far an update may move the boundary, in domain units, to get rid of corners that it does
+  /// not need: those that a solver made by moving nodes of a side, or gave, and which are closer
+  /// together than the metric asks for. SoftenBoundary (core/motion/soften.h) takes such corners
+  /// back. Larger lets longer stretches follow the metric; 0, the default, keeps every given point
+  /// for ever. For solvers that move their nodes along with the material. >= 0.
+  double boundary_tolerance = 0;
+
   /// No update may take the mesh beyond this many vertices; insertions are refused there, and the
   /// report says so. 3..100,000,000.
   std::int32_t vertices_max = 10'000'000;

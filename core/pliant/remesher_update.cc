@@ -183,6 +183,7 @@ Status Remesher::Impl::FollowChange(MeshChange::Outcome outcome, const StopSigna
     if (stopped()) return Stopped();
     loop_.Wake(vertex);
   }
+  for (const VertexId vertex : outcome.drifting) loop_.Drift(vertex);
   carriers_ = std::move(outcome.carriers);
   if (!carriers_.empty()) {
     using enum PliantLoop::LeftBehind;

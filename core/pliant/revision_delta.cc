@@ -19,7 +19,7 @@ namespace {
 constexpr std::uint8_t kUsualHold = 1;
 constexpr std::uint8_t kLimitsDue = 2;
 
-constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 4};  // "PLRD"
+constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 5};  // "PLRD"
 constexpr char kDeltaName[] = "revision record";
 
 /// Where a field comes from when it is read.

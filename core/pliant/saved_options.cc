@@ -21,6 +21,7 @@ void WriteOptions(const Options& options, ByteWriter& writer) {
   writer.Put(options.metric_tolerance);
   writer.Put(options.vertices_max);
   writer.Put(options.visits_per_vertex_max);
+  writer.Put(options.boundary_tolerance);
 }
 
 Options ReadOptions(ByteReader& reader) {
@@ -44,6 +45,7 @@ Options ReadOptions(ByteReader& reader) {
   options.metric_tolerance = reader.Take<double>();
   options.vertices_max = reader.Take<std::int32_t>();
   options.visits_per_vertex_max = reader.Take<std::int32_t>();
+  options.boundary_tolerance = reader.Take<double>();
   if (!CheckOptions(options).ok()) reader.Fail();
   return options;
 }

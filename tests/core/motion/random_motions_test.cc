@@ -19,6 +19,7 @@
 #include "core/base/rng.h"
 #include "core/mesh/validate.h"
 #include "core/motion/move.h"
+#include "core/motion/soften.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
 #include "tests/support/misplaced.h"
@@ -47,6 +48,7 @@ class RandomSession {
       if (rng_.Below(3) == 0) ChangeMetric();
       TryMotion();
       if (rng_.Below(4) == 0) ChangeMetric();
+      Soften();
       Finish();
     }
   }
@@ -61,7 +63,9 @@ class RandomSession {
       centers_.push_back(center);
       AddBody(domain, body, center);
     }
-    auto made = Remesher::Create(domain, Size(), {});
+    Options options;
+    if (rng_.Below(2) == 0) options.boundary_tolerance = rng_.Below(2) == 0 ? 1e-3 : 0.02;
+    auto made = Remesher::Create(domain, Size(), options);
     ASSERT_TRUE(made.ok()) << made.error().message;
     remesher_ = std::move(*made);
     Finish();
@@ -192,6 +196,19 @@ class RandomSession {
     const auto progress = remesher_->Step({.visits_max = visits});
     ASSERT_TRUE(progress.ok());
     ASSERT_EQ(Faults(remesher_->mesh()), "");
+  }
+
+  /// No point of a boundary moves farther than the tolerance, so that the area of the domain can
+  /// not change by more than a strip of that width.
+  void Soften() {
+    const double area = Area(remesher_->mesh());
+    double length = 0;
+    for (const auto& [tag, of_tag] : testing::TagLengths(remesher_->mesh())) length += of_tag;
+    const auto report = SoftenBoundary(*remesher_);
+    ASSERT_TRUE(report.ok()) << report.error().message;
+    ASSERT_EQ(Faults(remesher_->mesh()), "");
+    const double tolerance = remesher_->options().boundary_tolerance;
+    ASSERT_LE(std::fabs(Area(remesher_->mesh()) - area), tolerance * length + 1e-12);
   }
 
   /// Runs the loop to its end, then commits or rolls back.

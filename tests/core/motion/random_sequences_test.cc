@@ -23,6 +23,7 @@
 #include "core/mesh/validate.h"
 #include "core/motion/move.h"
 #include "core/motion/replace_domain.h"
+#include "core/motion/soften.h"
 #include "core/pliant/displace.h"
 #include "tests/support/cell_domain.h"
 #include "tests/support/mesh_testing.h"
@@ -101,6 +102,7 @@ class RandomSession {
       ASSERT_EQ(Faults(remesher_->mesh()), "") << last_;
       if (rng_.Below(3) == 0) continue;  // Several in one revision.
       if (rng_.Below(5) != 0) {
+        ASSERT_NO_FATAL_FAILURE(Soften());
         ASSERT_NO_FATAL_FAILURE(Step(rng_.Below(4) == 0 ? 50 : kVisitsMax));
       }
       if (rng_.Below(5) == 0) {
@@ -272,6 +274,7 @@ class RandomSession {
       Options options = remesher_->options();
       options.metric_tolerance = rng_.Uniform(0.01, 0.2);
       options.hops_max = static_cast<std::int32_t>(1 + rng_.Below(20));
+      options.boundary_tolerance = rng_.Below(2) == 0 ? 0 : rng_.Uniform(0, 0.05);
       return Expect(remesher_->SetOptions(options));
     }
     Constraints constraints;
@@ -309,6 +312,12 @@ class RandomSession {
                                            : TransferKind::kLinear;
     conserves_ = conserves_ || update.transfer == TransferKind::kConservative;
     Expect(remesher_->SetFields(update));
+  }
+
+  void Soften() {
+    const auto report = SoftenBoundary(*remesher_);
+    ASSERT_TRUE(report.ok()) << last_ << ": " << report.error().message;
+    ASSERT_EQ(Faults(mesh()), "") << last_;
   }
 
   void Step(std::int64_t visits) {

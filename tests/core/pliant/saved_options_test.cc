@@ -19,6 +19,7 @@ Options AllDifferent() {
           .age_max = 33,
           .hops_max = 5,
           .metric_tolerance = 0.2,
+          .boundary_tolerance = 0.004,
           .vertices_max = 1234,
           .visits_per_vertex_max = 17};
 }
