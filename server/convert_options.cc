@@ -78,6 +78,7 @@ Result<OptionsUpdate> ConvertSet(const v1::SessionOptions& wire, const RequestLi
   if (wire.has_age_max()) update.age_max = wire.age_max();
   if (wire.has_hops_max()) update.hops_max = wire.hops_max();
   if (wire.has_metric_tolerance()) update.metric_tolerance = wire.metric_tolerance();
+  if (wire.has_boundary_tolerance()) update.boundary_tolerance = wire.boundary_tolerance();
   if (wire.has_visits_per_vertex_max()) {
     update.visits_per_vertex_max = wire.visits_per_vertex_max();
   }

@@ -7,6 +7,7 @@
 #include "core/metric/expression_field.h"
 #include "core/motion/move.h"
 #include "core/motion/replace_domain.h"
+#include "core/motion/soften.h"
 #include "core/pliant/displace.h"
 #include "core/pliant/followed_metric.h"
 
@@ -46,6 +47,20 @@ class RemesherMeasurement final : public Measurement {
   Helpers helpers_;
 };
 
+/// Has a session listen to a signal for as long as this lives, which an exception ends too.
+class ListeningTo {
+ public:
+  ListeningTo(Remesher& remesher, const StopSignal* stop) : remesher_(remesher) {
+    remesher_.ListenTo(stop);
+  }
+  ~ListeningTo() { remesher_.ListenTo(nullptr); }
+  ListeningTo(const ListeningTo&) = delete;
+  ListeningTo& operator=(const ListeningTo&) = delete;
+
+ private:
+  Remesher& remesher_;
+};
+
 class RemesherEngine final : public Engine {
  public:
   RemesherEngine(std::unique_ptr<Remesher> remesher, ThreadPool* threads)
@@ -53,22 +68,32 @@ class RemesherEngine final : public Engine {
     remesher_->UseHelpers(Helpers(threads_));
   }
 
-  Status SetMetric(const MetricSpec& metric) override { return remesher_->SetMetric(metric); }
+  Status SetMetric(const MetricSpec& metric) override {
+    has_updates_ = true;
+    return remesher_->SetMetric(metric);
+  }
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
                     const MetricLimits& limits) override {
+    has_updates_ = true;
     return remesher_->SetTensors(vertices, tensors, limits);
   }
-  Status SetLimits(const MetricLimits& limits) override { return remesher_->SetLimits(limits); }
+  Status SetLimits(const MetricLimits& limits) override {
+    has_updates_ = true;
+    return remesher_->SetLimits(limits);
+  }
   MetricLimits limits() const override { return remesher_->limits(); }
   void ListenTo(const StopSignal* stop) override { remesher_->ListenTo(stop); }
   Result<MotionReport> Move(const MotionRequest& request) override {
+    has_updates_ = true;
     return MoveVertices(*remesher_, request);
   }
   Status ReplaceDomain(const Domain& domain) override {
+    has_new_domain_ = true;
     const Result<DomainReport> report = pliant::ReplaceDomain(*remesher_, domain);
     return report.ok() ? Status() : Status(report.error());
   }
   Status Displace(std::span<const VertexId> vertices, std::span<const Vec2> by) override {
+    has_updates_ = true;
     DisplaceVertices displacement(vertices, by);
     return remesher_->Apply(displacement);
   }
@@ -78,6 +103,7 @@ class RemesherEngine final : public Engine {
     return remesher_->FindTroubles(search);
   }
   Status SetSolution(const SolutionRequest& request, const MetricLimits& limits) override {
+    has_updates_ = true;
     const ExportedMesh mesh = ExportMesh(remesher_->mesh());
     std::vector<double> stored;
     std::size_t column_count = request.column_count;
@@ -119,14 +145,26 @@ class RemesherEngine final : public Engine {
   }
   Status SetOptions(const Options& options) override { return remesher_->SetOptions(options); }
   Options options() const override { return remesher_->options(); }
-  Result<Progress> Step(const Budget& budget) override { return remesher_->Step(budget); }
+  Result<Progress> Step(const Budget& budget) override {
+    // The client looks for the points of a domain that it has sent where it has sent them.
+    const bool keeps_points = std::exchange(has_new_domain_, false);
+    if (std::exchange(has_updates_, false) && !keeps_points) {
+      const ListeningTo listening(*remesher_, budget.stop);
+      const Result<SoftenReport> softened = SoftenBoundary(*remesher_);
+      if (!softened.ok()) return softened.error();
+    }
+    return remesher_->Step(budget);
+  }
   MeshDiff Commit() override {
     MeshDiff diff = remesher_->Commit();
     diff.transfer.reset();  // Where fields were carried they were made, but nobody asked.
     return diff;
   }
   MeshDiff CommitAndTransfer() override { return remesher_->CommitAndTransfer(); }
-  void Rollback() override { remesher_->Rollback(); }
+  void Rollback() override {
+    has_updates_ = has_new_domain_ = false;
+    remesher_->Rollback();
+  }
   MeshDiff Snapshot() const override {
     MeshDiff snapshot = remesher_->Snapshot();
     snapshot.fields.changed = remesher_->fields().At(snapshot.vertex_ids, snapshot.triangle_ids);
@@ -163,6 +201,8 @@ class RemesherEngine final : public Engine {
  private:
   std::unique_ptr<Remesher> remesher_;
   ThreadPool* const threads_;
+  bool has_updates_ = false;     // Of metric or geometry, since the last step.
+  bool has_new_domain_ = false;  // Likewise.
 };
 
 }  // namespace

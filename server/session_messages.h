@@ -110,6 +110,7 @@ struct OptionsUpdate {
   std::optional<std::int32_t> age_max = {};
   std::optional<std::int32_t> hops_max = {};
   std::optional<double> metric_tolerance = {};
+  std::optional<double> boundary_tolerance = {};
   std::optional<std::int32_t> vertices_max = {};
   std::optional<std::int32_t> visits_per_vertex_max = {};
 
@@ -123,6 +124,7 @@ struct OptionsUpdate {
     options.age_max = age_max.value_or(options.age_max);
     options.hops_max = hops_max.value_or(options.hops_max);
     options.metric_tolerance = metric_tolerance.value_or(options.metric_tolerance);
+    options.boundary_tolerance = boundary_tolerance.value_or(options.boundary_tolerance);
     options.vertices_max = vertices_max.value_or(options.vertices_max);
     options.visits_per_vertex_max = visits_per_vertex_max.value_or(options.visits_per_vertex_max);
     return options;

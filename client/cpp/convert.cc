@@ -314,6 +314,7 @@ v1::SessionOptions ToWire(const Options& options) {
   set(&Options::age_max, &v1::SessionOptions::set_age_max);
   set(&Options::hops_max, &v1::SessionOptions::set_hops_max);
   set(&Options::metric_tolerance, &v1::SessionOptions::set_metric_tolerance);
+  set(&Options::boundary_tolerance, &v1::SessionOptions::set_boundary_tolerance);
   set(&Options::vertices_max, &v1::SessionOptions::set_vertices_max);
   set(&Options::visits_per_vertex_max, &v1::SessionOptions::set_visits_per_vertex_max);
   AddRestrictions(options.permissions, message);

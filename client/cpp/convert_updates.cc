@@ -188,6 +188,7 @@ v1::SessionOptions AllToWire(const Options& options) {
   message.set_age_max(options.age_max);
   message.set_hops_max(options.hops_max);
   message.set_metric_tolerance(options.metric_tolerance);
+  message.set_boundary_tolerance(options.boundary_tolerance);
   message.set_visits_per_vertex_max(options.visits_per_vertex_max);
   if (options.vertices_max != Options().vertices_max) {
     message.set_vertices_max(options.vertices_max);

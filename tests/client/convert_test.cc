@@ -141,6 +141,7 @@ TEST(Convert, OnlyOptionsThatDifferFromTheDefaultsAreSent) {
   options.age_max = 81;
   options.hops_max = 9;
   options.metric_tolerance = 0;
+  options.boundary_tolerance = 0.25;
   options.vertices_max = 100;
   options.visits_per_vertex_max = 7;
   const v1::SessionOptions message = ToWire(options);
@@ -156,6 +157,7 @@ TEST(Convert, OnlyOptionsThatDifferFromTheDefaultsAreSent) {
   EXPECT_EQ(message.hops_max(), 9);
   EXPECT_TRUE(message.has_metric_tolerance());
   EXPECT_EQ(message.metric_tolerance(), 0);
+  EXPECT_EQ(message.boundary_tolerance(), 0.25);
   EXPECT_EQ(message.vertices_max(), 100);
   EXPECT_EQ(message.visits_per_vertex_max(), 7);
 }

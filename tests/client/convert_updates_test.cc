@@ -80,6 +80,8 @@ TEST_F(ConvertUpdates, SaysAllOptionsThatMayChange) {
   EXPECT_FALSE(wire.has_seed() || wire.has_variant() || wire.has_vertices_max());
   EXPECT_EQ(wire.hops_max(), 3);
   EXPECT_EQ(wire.metric_tolerance(), Options().metric_tolerance);
+  EXPECT_TRUE(wire.has_boundary_tolerance());
+  EXPECT_EQ(wire.boundary_tolerance(), 0);
   EXPECT_EQ(wire.age_max(), Options().age_max);
   EXPECT_EQ(wire.smoothing(), v1::SMOOTHING_PLIANT);
   EXPECT_EQ(AllToWire(Options{.vertices_max = 77}).vertices_max(), 77);

@@ -24,6 +24,7 @@ v1::SessionOptions Everything() {
   wire.set_age_max(60);
   wire.set_hops_max(5);
   wire.set_metric_tolerance(0.1);
+  wire.set_boundary_tolerance(0.02);
   wire.set_vertices_max(1000);
   wire.set_visits_per_vertex_max(77);
   return wire;
@@ -41,6 +42,7 @@ TEST(ConvertOptions, AnUpdateChangesWhatItSetsAndNothingElse) {
                          .age_max = 60,
                          .hops_max = 5,
                          .metric_tolerance = 0.1,
+                         .boundary_tolerance = 0.02,
                          .vertices_max = 1000,
                          .visits_per_vertex_max = 77};
   EXPECT_EQ(all->AppliedTo({}), expected);

@@ -2,6 +2,8 @@
 
 #include <gtest/gtest.h>
 
+#include <cmath>
+#include <cstdint>
 #include <vector>
 
 #include "core/pliant/remesher.h"
@@ -39,6 +41,40 @@ TEST(Engine, GivesTheSameMeshAsTheCoreInOneGo) {
   EXPECT_TRUE(engine->Validate().empty());
   EXPECT_EQ(MeasureQuality(*engine, MetricBasis::kLimited).vertex_count,
             expected.summary.vertex_count);
+}
+
+// Goal: corners that the metric does not need go once in an update, before its first step, whatever
+// the budgets of the steps; and only where the session says how far they may.
+TEST(Engine, SoftensTheBoundaryOnceInAnUpdate) {
+  EngineInput input = Square();
+  Domain& domain = std::get<Domain>(input.start);
+  domain = {};
+  constexpr std::int32_t kCount = 100;
+  for (std::int32_t i = 0; i < kCount; ++i) {
+    const double angle = 2 * 3.14159265358979 * i / kCount;
+    domain.points.push_back({std::cos(angle), std::sin(angle)});
+    domain.segments.push_back({i, (i + 1) % kCount, 1});
+  }
+  const auto edges_after = [&](double tolerance, std::int64_t visits) {
+    input.options.boundary_tolerance = tolerance;
+    auto engine = *RemesherFactory()(input);
+    EXPECT_TRUE(engine->Step({}).ok());
+    const MeshDiff first = engine->Commit();
+    EXPECT_EQ(first.summary.edge_count, kCount);
+    MotionRequest request;
+    request.vertices = engine->Vertices();
+    for (const Vec2 p : first.vertex_positions) request.positions.push_back({1.1 * p.x, p.y});
+    EXPECT_TRUE(engine->Move(request).ok());
+    StopReason reason = StopReason::kVisitBudget;
+    while (reason == StopReason::kVisitBudget) {
+      reason = engine->Step({.visits_max = visits})->stop_reason;
+    }
+    return engine->Commit().summary;
+  };
+  EXPECT_EQ(edges_after(0, 1000).edge_count, kCount);
+  const MeshSummary softened = edges_after(0.03, 1000);
+  EXPECT_LT(softened.edge_count, 50);
+  EXPECT_EQ(edges_after(0.03, 7), softened);
 }
 
 // Goal: fields go in, follow the mesh and come out with diffs and snapshots, with rows beside them.

@@ -99,6 +99,9 @@ class SessionOptions:
         step: step length of the smoothing, in (0, 1].
         speed_threshold: a vertex sleeps once its step is shorter, in metric length, in (0, 1).
         metric_tolerance: relative change of its metric below which a vertex sleeps on, 0 to 1.
+        boundary_tolerance: how far an advance may move the boundary, in domain units, to get rid of
+            corners that are closer together than the metric asks for; for solvers that move its
+            nodes. 0 (default): given points and corners that moving made stay for ever.
         hops_max: an update wakes vertices at most this many edges away from its changes, 1 to 250.
         vertices_max: the mesh never has more vertices, 3 to 100,000,000.
     """
@@ -113,6 +116,7 @@ class SessionOptions:
     step: Optional[float] = None
     speed_threshold: Optional[float] = None
     metric_tolerance: Optional[float] = None
+    boundary_tolerance: Optional[float] = None
     hops_max: Optional[int] = None
     vertices_max: Optional[int] = None
 
@@ -127,6 +131,7 @@ class SessionOptions:
             seed=self.seed, variant=_choice("variant", self.variant, _VARIANTS),
             smoothing=_choice("smoothing", self.smoothing, _SMOOTHINGS), step=self.step,
             speed_threshold=self.speed_threshold, metric_tolerance=self.metric_tolerance,
+            boundary_tolerance=self.boundary_tolerance,
             hops_max=self.hops_max, vertices_max=self.vertices_max, restrictions=restrictions)
 
 

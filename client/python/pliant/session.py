@@ -178,7 +178,9 @@ class Session:
         """Moves any vertices, as Lagrangian and ALE solvers do, and returns what changed.
 
         All arrive at their positions bit for bit; afterwards the loop may smooth or delete those
-        in the interior where the metric asks for it.
+        in the interior where the metric asks for it. Nodes of a side that leave its line are
+        corners from then on, which stay, unless the option `boundary_tolerance` says how far the
+        boundary may move to get rid of those that the metric does not need.
 
         Args:
             positions: (n, 2), row i for `mesh.vertex_ids[i]`; or (k, 2) with `vertex_ids`.
