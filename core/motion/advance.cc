@@ -82,6 +82,7 @@ Advance::Advance(MeshEdit& edit, const MotionPlan& plan, Observer observer)
   }
   before_.resize(moving_.size());
   near_stamp_.assign(moving_.size(), 0);
+  poor_stamp_.assign(moving_.size(), 0);
   in_front_.assign(moving_.size(), false);
   report_.moved_count = static_cast<std::int64_t>(moving_.size());
   FindFront();
@@ -173,15 +174,18 @@ bool Advance::flips() const {
 void Advance::CheckFront() {
   spoiled_.clear();
   poor_.clear();
+  ForEachTriangleOfFront([&](TriangleId id) {
+    CheckTriangle(id);
+    if (!IsPoor(mesh_, id)) return;
+    for (const VertexId corner : mesh_.triangle(id).vertices) {
+      if (IsInFront(corner)) poor_stamp_[static_cast<std::size_t>(place_of_.At(corner))] = stamp_;
+    }
+  });
   for (const VertexId vertex : front_) {
-    if (stopped_()) return;
-    if (!mesh_.IsLive(vertex)) continue;
-    bool poor = false;
-    ForEachTriangleAt(vertex, [&](TriangleId id) {
-      CheckTriangle(id);
-      poor = poor || IsPoor(mesh_, id);
-    });
-    if (poor) poor_.push_back(vertex);
+    if (poor_stamp_[static_cast<std::size_t>(place_of_.At(vertex))] == stamp_ &&
+        mesh_.IsLive(vertex)) {
+      poor_.push_back(vertex);
+    }
   }
   SortSpoiled();
 }
@@ -291,7 +295,7 @@ bool Advance::Remove(VertexId vertex) {
   if (!swaps) return false;
   ++report_.removed_count;
   report_.swap_count += *swaps;
-  disturbed_.insert(disturbed_.end(), ring.begin(), ring.end());
+  torn_.insert(torn_.end(), ring.begin(), ring.end());
   for (const VertexId neighbor : ring) JoinFront(neighbor);
   return true;
 }
@@ -316,7 +320,7 @@ bool Advance::SwapOne(TriangleId id, double s) {
     ++report_.swap_count;
     for (const VertexId vertex : {p, a, b, q}) {
       JoinFront(vertex);
-      disturbed_.push_back(vertex);
+      torn_.push_back(vertex);
     }
     return true;
   }
@@ -343,7 +347,7 @@ void Advance::SwapPoor() {
       star_.Gather(mesh_, vertex);
       for (const VertexId neighbor : star_.ring()) {
         JoinFront(neighbor);
-        disturbed_.push_back(neighbor);
+        torn_.push_back(neighbor);
       }
       if (mesh_.vertex(vertex).pinched) break;  // The other fans come with the next sub-step.
     }
@@ -455,7 +459,7 @@ bool Advance::Fill(const std::vector<TriangleId>& cavity, double s) {
   report_.removed_count += static_cast<std::int64_t>(filled->removed.size());
   for (const VertexId vertex : filled->corners) {
     JoinFront(vertex);
-    disturbed_.push_back(vertex);
+    torn_.push_back(vertex);
   }
   poor_.clear();
   Accept(s);

@@ -51,7 +51,11 @@ class Advance {
   [[nodiscard]] const MotionReport& report() const { return report_; }
 
   /// Live vertices whose surroundings are not what they were, ascending.
-  [[nodiscard]] std::vector<VertexId> Disturbed() const;
+  struct Disturbance {
+    std::vector<VertexId> all;
+    std::vector<VertexId> strained;  ///< Those with the same triangles as before.
+  };
+  [[nodiscard]] Disturbance Disturbed();
 
   /// Why the last positions allow no mesh at all: a vertex (index) named in the interior would be
   /// outside of the domain, on a constrained edge, or where another one (other_index) is. Nothing
@@ -89,6 +93,13 @@ class Advance {
   void SortSpoiled();
   template <class Visit>
   void ForEachTriangleAt(VertexId vertex, Visit visit);
+  /// All triangles that have a corner in the front, some of them more than once.
+  template <class Visit>
+  void ForEachTriangleOfFront(Visit visit);
+  [[nodiscard]] bool IsInFront(VertexId vertex) const {
+    const std::int32_t place = place_of_.At(vertex);
+    return place != PlaceMap::kNone && in_front_[static_cast<std::size_t>(place)];
+  }
   void CheckTriangle(TriangleId id);
   [[nodiscard]] double Height(const TriangleRecord& triangle, When when) const;
   [[nodiscard]] Vec2 PositionBefore(VertexId vertex) const;
@@ -137,8 +148,9 @@ class Advance {
   std::vector<std::uint32_t> near_stamp_;  ///< By place: equal to stamp_ if in near_.
   std::uint32_t stamp_ = 0;
   std::vector<Spoiled> spoiled_;
-  std::vector<VertexId> poor_;  ///< Front vertices with a triangle of low quality.
-  std::vector<VertexId> disturbed_;
+  std::vector<VertexId> poor_;             ///< Front vertices with a triangle of low quality.
+  std::vector<std::uint32_t> poor_stamp_;  ///< By place: equal to stamp_ if in poor_.
+  std::vector<VertexId> torn_;             ///< They have other triangles now.
   std::pair<EdgeId, EdgeId> blockers_;
   Error fill_error_;
   std::optional<Error> misplaced_;
@@ -161,6 +173,25 @@ void Advance::ForEachTriangleAt(VertexId vertex, Visit visit) {
     const int corner = mesh_.CornerOf(id, vertex);
     id = mesh_.triangle(id).neighbors[static_cast<std::size_t>(NextCorner(corner))];
   } while (id.valid() && id != start);
+}
+
+template <class Visit>
+void Advance::ForEachTriangleOfFront(Visit visit) {
+  // Of a front that is most of the mesh, to read all triangles in order takes a third of the time.
+  constexpr std::size_t kScanShare = 6;
+  if (kScanShare * front_.size() <= static_cast<std::size_t>(mesh_.triangle_slots())) {
+    for (const VertexId vertex : front_) {
+      if (stopped_()) return;
+      if (mesh_.IsLive(vertex)) ForEachTriangleAt(vertex, visit);
+    }
+    return;
+  }
+  for (std::int32_t t = 0; t < mesh_.triangle_slots() && !stopped_(); ++t) {
+    const TriangleRecord& triangle = mesh_.triangle(TriangleId(t));
+    if (!triangle.live) continue;
+    const auto& v = triangle.vertices;
+    if (IsInFront(v[0]) || IsInFront(v[1]) || IsInFront(v[2])) visit(TriangleId(t));
+  }
 }
 
 }  // namespace pliant

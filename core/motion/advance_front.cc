@@ -54,30 +54,29 @@ void Advance::JoinFront(VertexId vertex) {
   front_.push_back(vertex);
 }
 
-std::vector<VertexId> Advance::Disturbed() const {
+Advance::Disturbance Advance::Disturbed() {
   IdBits<VertexId> all(mesh_.vertex_slots());
+  IdBits<VertexId> torn(mesh_.vertex_slots());
   const auto add = [&](VertexId vertex) {
     if (mesh_.IsLive(vertex)) all.Add(vertex);
   };
-  std::ranges::for_each(disturbed_, add);
-  StopPoll stopped(plan_.stop());
-  Star star;
-  for (const VertexId vertex : front_) {
-    if (stopped()) return {};
-    if (!mesh_.IsLive(vertex)) continue;
+  for (const VertexId vertex : torn_) {
     add(vertex);
-    for (const TriangleId fan : FansOf(mesh_, vertex)) {
-      star.Gather(mesh_, vertex, fan);
-      std::ranges::for_each(star.ring(), add);
-    }
+    torn.Add(vertex);
   }
+  ForEachTriangleOfFront(
+      [&](TriangleId id) { std::ranges::for_each(mesh_.triangle(id).vertices, add); });
   // Those that move alike keep their surroundings only if these keep their shape.
   for (std::size_t place = 0; place < moving_.size(); ++place) {
-    if (stopped()) return {};
+    if (stopped_()) return {};
     const std::int32_t group = in_front_[place] ? kAlone : GroupOf(moving_[place]);
     if (group >= 0 && plan_.Distorts(group, time_)) add(moving_[place]);
   }
-  return all.Ascending();
+  Disturbance disturbance{.all = all.Ascending(), .strained = {}};
+  for (const VertexId vertex : disturbance.all) {
+    if (!torn.Has(vertex)) disturbance.strained.push_back(vertex);
+  }
+  return disturbance;
 }
 
 }  // namespace pliant

@@ -34,15 +34,9 @@ void Advance::GatherNear() {
     near_stamp_[place] = stamp_;
     near_.push_back(place);
   };
-  for (const VertexId vertex : front_) {
-    if (stopped_()) break;
-    if (!mesh_.IsLive(vertex)) continue;
-    add(vertex);
-    for (const TriangleId fan : FansOf(mesh_, vertex)) {
-      star_.Gather(mesh_, vertex, fan);
-      for (const VertexId neighbor : star_.ring()) add(neighbor);
-    }
-  }
+  ForEachTriangleOfFront([&](TriangleId id) {
+    for (const VertexId corner : mesh_.triangle(id).vertices) add(corner);
+  });
   // The ends of a segment before those that ride on it: movers have the lower places.
   if (kScanShare * near_.size() < moving_.size()) {
     std::sort(near_.begin(), near_.end());

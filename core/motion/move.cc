@@ -109,10 +109,12 @@ class Motion final : public MeshChange {
     return error;
   }
 
-  Result<Outcome> OutcomeOf(MeshEdit& edit, const MotionPlan& plan, const Advance& advance) const {
+  Result<Outcome> OutcomeOf(MeshEdit& edit, const MotionPlan& plan, Advance& advance) const {
     const Mesh& mesh = edit.mesh();
     Outcome outcome;
-    outcome.disturbed = advance.Disturbed();
+    Advance::Disturbance disturbance = advance.Disturbed();
+    outcome.disturbed = std::move(disturbance.all);
+    outcome.drifting = std::move(disturbance.strained);
     const bool follows = request_.follow_length > 0;
     StopPoll stopped(stop());
     for (const Mover& mover : plan.movers()) {

@@ -47,7 +47,7 @@ class Softening final : public MeshChange {
       const double reached = advance.RunTo(1);
       if (stop_asked()) return Stopped();
       if (reached < 1) return Stuck(mesh, advance.Blockers());
-      disturbed = advance.Disturbed();
+      disturbed = advance.Disturbed().all;
     }
     for (const Chord& chord : chords_) {
       if (!Ascends(mesh, chord)) return Stuck(mesh, {});

@@ -25,8 +25,9 @@ class MeshChange {
     /// Live vertices that brought their tensors along: the metric follows them. None twice and
     /// none of `moved`.
     std::vector<VertexId> carriers;
-    /// Live vertices inside segments that stand too close together, or may: they go by the density
-    /// around them, not by their extents alone (PliantLoop::Drift). None twice.
+    /// Live vertices that go by the density around them, not by their extents alone
+    /// (PliantLoop::Drift): those whose triangles were only stretched, which may happen again and
+    /// again, and those inside segments that stand too close together. None twice.
     std::vector<VertexId> drifting;
     /// True if these went along with a front of the metric, and not with a body.
     bool follows_front = false;

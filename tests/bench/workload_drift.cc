@@ -4,6 +4,8 @@
 #include <optional>
 #include <utility>
 
+#include "core/motion/move.h"
+#include "core/pliant/followed_metric.h"
 #include "tests/bench/workload_step.h"
 #include "tests/support/ideal_count.h"
 
@@ -23,6 +25,22 @@ Left LeftIn(const Remesher& remesher, const MetricField& field) {
       remesher.mesh().vertex_count() /
       testing::IdealVertexCount(remesher.mesh(), field, left.quality["complexity"].get<double>());
   return left;
+}
+
+/// All nodes away from the origin by a factor, as a Lagrangian solver sends them. Those that the
+/// loop has put inside segments go along with the ends of these.
+Status Stretch(Remesher& remesher, double factor) {
+  const Mesh& mesh = remesher.mesh();
+  MotionRequest motion;
+  for (const VertexId vertex : LiveVertices(mesh)) {
+    const VertexRecord& record = mesh.vertex(vertex);
+    if (record.edge.valid() && !record.fixed) continue;
+    motion.vertices.push_back(vertex);
+    motion.positions.push_back(factor * record.position);
+  }
+  PLIANT_ASSIGN_OR_RETURN(const MotionReport report, MoveVertices(remesher, motion));
+  (void)report;
+  return {};
 }
 
 Status Send(Remesher& remesher, const Request& request, const CaseRequest& scaled,
@@ -51,14 +69,16 @@ Result<nlohmann::json> RunDrift(Remesher& remesher, const Request& request) {
   const double before = left.over_ideal;
   for (std::int64_t step = 0; step < request.steps; ++step) {
     // The cases scale their metric by the nodes that are wanted.
-    scaled.node_count /= request.size_step * request.size_step;
+    if (!request.stretches) scaled.node_count /= request.size_step * request.size_step;
     PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(scaled));
     const std::shared_ptr<MetricField> field = instance.field();
     std::vector<Metric> tensors;
     if (request.form == MetricForm::kTensors) tensors = TensorsAt(remesher.mesh(), *field);
     untouched.Before(remesher.mesh(), [](const VertexRecord&) { return true; });
     PLIANT_ASSIGN_OR_RETURN(Update update, RunOne(remesher, [&] {
-                              return Send(remesher, request, scaled, instance, tensors);
+                              return request.stretches
+                                         ? Stretch(remesher, 1 / request.size_step)
+                                         : Send(remesher, request, scaled, instance, tensors);
                             }));
     untouched.After(update.diff, remesher.Snapshot());
     updates.push_back(std::move(update));

@@ -28,6 +28,7 @@ struct Request {
   bool displaces = false;       ///< "front": the client sends the displacement of the front, too.
   std::int64_t swing = 0;       ///< "front": turns back after so many steps; 0: never.
   double size_step = 0.97;      ///< "drift": factor on all sizes of a step.
+  bool stretches = false;       ///< "drift": the nodes move apart, the sizes stay.
   double follow = 4;            ///< "body": MotionRequest::follow_length.
   int thread_count = 1;         ///< Threads that work on the mesh.
   int repeat = 3;               ///< Runs of everything that is timed.

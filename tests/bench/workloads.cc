@@ -68,6 +68,8 @@ int main(int argc, char** argv) {
   app.add_option("--front-step", request.front_step, "front: length of a step");
   app.add_option("--size-step", request.size_step, "drift: factor on all sizes of a step")
       ->check(CLI::Range(0.5, 2.0));
+  app.add_flag("--stretch", request.stretches,
+               "drift: the nodes move apart instead, by the inverse of the factor");
   app.add_flag("--displace", request.displaces, "front: its displacement is sent, too");
   app.add_option("--swing", request.swing, "front: turns back after so many steps; 0: never");
   app.add_option("--threads", request.thread_count, "threads that work on the mesh")

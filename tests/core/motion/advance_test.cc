@@ -55,9 +55,12 @@ TEST(Advance, AVertexGoesThroughOthers) {
   EXPECT_EQ(board.grid->mesh.position(VertexId(40)), (Vec2{6.9, 4.5}));
   EXPECT_EQ(looks, advance.report().sub_step_count);
   EXPECT_EQ(last, 1);
-  const std::vector<VertexId> disturbed = advance.Disturbed();
+  const auto [disturbed, strained] = advance.Disturbed();
   EXPECT_TRUE(std::is_sorted(disturbed.begin(), disturbed.end()));
   EXPECT_TRUE(std::binary_search(disturbed.begin(), disturbed.end(), VertexId(40)));
+  EXPECT_TRUE(std::ranges::includes(disturbed, strained));
+  // It goes among other triangles.
+  EXPECT_FALSE(std::ranges::binary_search(strained, VertexId(40)));
   // Far from the way nothing was touched.
   EXPECT_FALSE(std::binary_search(disturbed.begin(), disturbed.end(), VertexId(0)));
 }
