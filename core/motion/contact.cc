@@ -20,6 +20,11 @@ namespace {
 /// some tens of roundings.
 constexpr double kTouch = 1e-13;
 
+/// Who stops before a contact ends this share of the way before it: there must be room for
+/// triangles in between. Then he looks again, so often at most.
+constexpr double kShyOfContact = 1e-3;
+constexpr int kShortenMax = 20;
+
 /// A point on a straight line: where it is at 0 and how far it goes until 1.
 struct Line {
   Vec2 from;
@@ -131,6 +136,17 @@ class ContactFinder {
     return std::nullopt;
   }
 
+  double FreeTimeBefore(double time) {
+    const double piece = 1.0 / plan_.piece_count();
+    end_ = (1 - kShyOfContact) * time;
+    begin_ = piece * std::floor(end_ / piece);
+    for (int i = 0; i < kShortenMax && end_ > begin_ && !stopped_(); ++i) {
+      if (!RunPiece()) return end_;
+      end_ = begin_ + (1 - kShyOfContact) * first_ * (end_ - begin_);
+    }
+    return begin_;
+  }
+
  private:
   [[nodiscard]] const SegmentRecord& SegmentOf(std::int32_t segment) const {
     return mesh_.segments()[static_cast<std::size_t>(segment)];
@@ -239,6 +255,10 @@ class ContactFinder {
 
 std::optional<Contact> FindContact(const Mesh& mesh, const MotionPlan& plan) {
   return ContactFinder(mesh, plan).Run();
+}
+
+double FreeTimeBefore(const Contact& contact, const Mesh& mesh, const MotionPlan& plan) {
+  return ContactFinder(mesh, plan).FreeTimeBefore(contact.time);
 }
 
 }  // namespace pliant

@@ -25,4 +25,12 @@ struct Contact {
 /// @par Cost O((m + n) log n) per piece for m moved of n segments, when few come near each other
 [[nodiscard]] std::optional<Contact> FindContact(const Mesh& mesh, const MotionPlan& plan);
 
+/// Where a motion can stop before its first contact: a time shortly before that at which nothing
+/// has met. The straight line of a piece meets something at another time than the curve that it
+/// stands for; positions at the answer are on the curve, and reached on straight lines without a
+/// contact.
+/// @return at least 0. @par Cost as FindContact, in one piece
+[[nodiscard]] double FreeTimeBefore(const Contact& contact, const Mesh& mesh,
+                                    const MotionPlan& plan);
+
 }  // namespace pliant

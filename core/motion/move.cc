@@ -15,10 +15,6 @@
 namespace pliant {
 namespace {
 
-/// A motion that is to stop at a contact ends this share before it: there must be room for
-/// triangles in between.
-constexpr double kShyOfContact = 1e-3;
-
 class Motion final : public MeshChange {
  public:
   Motion(const MotionRequest& request, const std::function<void(const Mesh&)>& observer)
@@ -36,7 +32,7 @@ class Motion final : public MeshChange {
       report_.second_edge = contact->second;
       report_.fraction = contact->time;
       if (request_.on_impossible == ImpossibleMotion::kRefuse) return Refusal();
-      limit = (1 - kShyOfContact) * contact->time;
+      limit = FreeTimeBefore(*contact, mesh, plan);
     }
     plan.AddFollowers(mesh);
     if (stop_asked()) return Stopped();
