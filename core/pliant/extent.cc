@@ -36,7 +36,9 @@ SpokeExtent LargestAmong(const Mesh& mesh, const Star& star, IsAllowed is_allowe
 
 }  // namespace
 
-double NodeExtent(const Mesh& mesh, const Star& star) {
+double NodeExtent(const Mesh& mesh, const Star& star) { return NodeExtent(mesh, star, Crowd()); }
+
+double NodeExtent(const Mesh& mesh, const Star& star, const Crowd& crowd) {
   const VertexRecord& center = mesh.vertex(star.center());
   if (center.edge.valid()) {
     const auto [before, after] = mesh.SegmentEdges(star.center());
@@ -47,7 +49,7 @@ double NodeExtent(const Mesh& mesh, const Star& star) {
   }
   double area = 0;
   for (std::size_t k = 0; k < star.triangles().size(); ++k) area += StarArea(mesh, star, k);
-  const auto n = static_cast<double>(star.triangles().size());
+  const double n = crowd.NeighborCount(star.ring().size());
   return 2.3 / std::sqrt(n * (n - 2)) * area;
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/mesh/mesh.h"
 #include "core/mesh/star.h"
+#include "core/pliant/crowd.h"
 #include "core/pliant/options.h"
 
 namespace pliant {
@@ -14,6 +15,8 @@ namespace pliant {
 /// segment: 0.5 times the squared sum of the normalized lengths of its two edges there.
 /// [BossenHeckbert1996, sec. 3.2] @pre the star's center is not fixed
 [[nodiscard]] double NodeExtent(const Mesh& mesh, const Star& star);
+/// The same with as many neighbours as the crowd says; it was measured there.
+[[nodiscard]] double NodeExtent(const Mesh& mesh, const Star& star, const Crowd& crowd);
 
 /// A spoke of a star and its extent.
 struct SpokeExtent {

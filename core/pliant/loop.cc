@@ -80,6 +80,7 @@ PliantLoop::PliantLoop(MeshEdit& edit, const Options& options)
       flipper_(edit),
       mender_(edit, options.permissions),
       probe_(edit.mesh()) {
+  mender_.LimitVertices(options.vertices_max);
   state_.rng = Rng(options.seed);
   state_.settings = SettingsOf(options);
 }
@@ -153,11 +154,6 @@ void PliantLoop::PrefetchAhead(const MetricField& field) const {
       if (neighbor.valid()) mesh_.Prefetch(neighbor);
     }
   }
-}
-
-void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
-  state_.queue.Transform([&](VertexId old) { return new_ids[old.index()]; });
-  mender_.Renumber(new_ids);
 }
 
 PliantLoop::Heat PliantLoop::HeatOf(const VisitState& visit) const {
@@ -255,9 +251,10 @@ void PliantLoop::VisitAudited(const MetricField& field, VertexId node) {
 }
 
 void PliantLoop::FinishVisit(const MetricField& field, const Heat& heat, double speed) {
-  if (options_.permissions.insert &&
-      ChangeNodes(field, NodeExtent(mesh_, star_), LargestSpokeExtent(mesh_, star_), heat)) {
-    return;
+  if (options_.permissions.insert) {
+    if (options_.variant != Variant::kPaper) crowd_.Measure(mesh_, star_);
+    const double extent = NodeExtent(mesh_, star_, crowd_);
+    if (ChangeNodes(field, extent, LargestSpokeExtent(mesh_, star_), heat)) return;
   }
   StayActive(speed);
 }
@@ -360,7 +357,10 @@ void PliantLoop::VisitGiven(const MetricField& field, VertexId node, const Heat&
 
 double PliantLoop::Move(const MetricField& field, double alpha) {
   const VertexId node = star_.center();
-  const Vec2 step = SmoothingStep(mesh_, node, star_.ring(), options_.smoothing, alpha);
+  // The paper's nodes are all alike.
+  if (options_.variant != Variant::kPaper) crowd_.Measure(mesh_, star_);
+  const Vec2 step =
+      SmoothingStep(mesh_, node, star_.ring(), options_.smoothing, alpha, crowd_.weights());
   if (!IsFinite(step)) return 0;
   const double speed =
       mesh_.vertex(node).edge.valid() ? MoveOnSegment(field, step) : MoveFree(field, step);

@@ -12,6 +12,7 @@
 #include "core/mesh/star.h"
 #include "core/metric/metric_field.h"
 #include "core/pliant/allowance.h"
+#include "core/pliant/crowd.h"
 #include "core/pliant/density.h"
 #include "core/pliant/extent.h"
 #include "core/pliant/mend.h"
@@ -40,7 +41,8 @@ struct LoopCounts {
   std::int64_t swaps = 0;
   /// Nodes that came to rest by their age alone: spots where the metric cannot be met.
   std::int64_t cooled = 0;
-  /// Nodes moved and edges swapped by mending, which are also among `moves` and `swaps`.
+  /// Nodes moved or put in and edges swapped by mending, which are also among `moves`, `insertions`
+  /// and `swaps`.
   std::int64_t mended = 0;
   /// Insertions refused at Options::vertices_max.
   std::int64_t refused_at_limit = 0;
@@ -318,6 +320,7 @@ class PliantLoop {
   Mender mender_;
   Star star_;
   Patch patch_;
+  Crowd crowd_;  // Of a general visit.
   State state_;
   DensityProbe probe_;
   LeftBehind left_behind_ = LeftBehind::kNothing;  // Not in the state: a commit ends it.

@@ -49,7 +49,8 @@ void PliantLoop::MendNext(const MetricField& field) {
   const Mender::Mended mended = mender_.VisitNext(field);
   state_.counts.moves += mended.moves;
   state_.counts.swaps += mended.swaps;
-  state_.counts.mended += mended.moves + mended.swaps;
+  state_.counts.insertions += mended.insertions;
+  state_.counts.mended += mended.moves + mended.swaps + mended.insertions;
 }
 
 PliantLoop::State PliantLoop::Save() const {
@@ -62,6 +63,7 @@ PliantLoop::State PliantLoop::Save() const {
 void PliantLoop::SetOptions(const Options& options) {
   options_ = options;
   mender_.Permit(options.permissions);
+  mender_.LimitVertices(options.vertices_max);
 }
 
 void PliantLoop::Restore(State state) {
@@ -72,6 +74,11 @@ void PliantLoop::Restore(State state) {
   left_behind_ = LeftBehind::kNothing;
   drifting_.clear();
   refined_ = false;
+}
+
+void PliantLoop::Renumber(std::span<const VertexId> new_ids) {
+  state_.queue.Transform([&](VertexId old) { return new_ids[old.index()]; });
+  mender_.Renumber(new_ids);
 }
 
 }  // namespace pliant

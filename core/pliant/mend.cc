@@ -6,19 +6,11 @@
 #include <limits>
 
 #include "core/geometry/predicates.h"
+#include "core/pliant/merit.h"
 #include "core/pliant/trouble.h"
 
 namespace pliant {
 namespace {
-
-/// What is good enough: Q of a triangle, and the squared lengths of its edges.
-constexpr double kQualityWanted = 0.8;
-constexpr double kSquaredLongest = 1.42 * 1.42;
-constexpr double kSquaredShortest = 0.65 * 0.65;
-
-/// Triangles of this merit and above have no shortfall: a margin beyond good enough, so that what
-/// is mended is not undone by its neighbours' mending.
-constexpr double kMeritGoal = 1.1;
 
 /// A triangle with a node whose metric has changed is bad below this merit, others below 1.
 constexpr double kWarmMerit = 1.03;
@@ -28,10 +20,6 @@ constexpr double kPoorMerit =
     1e-9 + std::max({kTroubleQuality / kQualityWanted,
                      (kTroubleLengthMin * kTroubleLengthMin) / kSquaredShortest,
                      kSquaredLongest / (kTroubleLengthMax * kTroubleLengthMax)});
-
-/// A change must lessen the shortfall around it by this share, and by this much.
-constexpr double kGainShare = 0.05;
-constexpr double kGainMin = 1e-6;
 
 /// Steps of the compass search in metric length, tried one after the other, and how often each.
 constexpr std::array kSteps = {0.2, 0.1, 0.05, 0.025};
@@ -48,83 +36,6 @@ constexpr std::array<Vec2, 8> kCompass = {{{1, 0},
                                            {-kDiagonal, -kDiagonal},
                                            {0, -1},
                                            {kDiagonal, -kDiagonal}}};
-
-/// What merit needs of a vertex.
-struct Corner {
-  Vec2 position;
-  Metric metric;
-};
-
-Corner CornerAt(const Mesh& mesh, VertexId vertex) {
-  const VertexRecord& record = mesh.vertex(vertex);
-  return {record.position, record.metric};
-}
-
-double SquaredLengthBetween(const Corner& a, const Corner& b) {
-  return 0.5 * SquaredLength(a.metric + b.metric, b.position - a.position);
-}
-
-/// What the merit of a triangle is made of: its Q is 2 sqrt(3 determinant) doubled_area / squares.
-struct Shape {
-  double determinant;   ///< Of the sum of the metrics, which stands for their mean:
-  double doubled_area;  ///< Q of eq. 5 does not change when the metric is scaled.
-  double squares;       ///< Of the sides, by that sum.
-  double longest;       ///< Squared lengths of edges.
-  double shortest;
-};
-
-Shape ShapeOf(const Corner& a, const Corner& b, const Corner& c) {
-  const Vec2 ab = b.position - a.position;
-  const Vec2 bc = c.position - b.position;
-  const Vec2 ca = a.position - c.position;
-  const Metric sum = a.metric + b.metric + c.metric;
-  const double l_ab = SquaredLengthBetween(a, b);
-  const double l_bc = SquaredLengthBetween(b, c);
-  const double l_ca = SquaredLengthBetween(c, a);
-  return {.determinant = Determinant(sum),
-          .doubled_area = Cross(ab, bc),
-          .squares = SquaredLength(sum, ab) + SquaredLength(sum, bc) + SquaredLength(sum, ca),
-          .longest = std::max({l_ab, l_bc, l_ca}),
-          .shortest = std::min({l_ab, l_bc, l_ca})};
-}
-
-double MeritOf(const Shape& shape) {
-  const double q = 2 * std::sqrt(3 * shape.determinant) * shape.doubled_area / shape.squares;
-  return std::min(
-      {q / kQualityWanted, kSquaredLongest / shape.longest, shape.shortest / kSquaredShortest});
-}
-
-/// True if MeritOf is above `merit`, seen without roots and divisions, as for most triangles; false
-/// also where rounding could tell.
-bool IsSurelyAbove(const Shape& shape, double merit) {
-  constexpr double kSurely = 1 + 1e-9;
-  const double wanted = kSurely * merit;
-  const double low = wanted * kQualityWanted * shape.squares;
-  return shape.doubled_area > 0 && wanted * shape.longest < kSquaredLongest &&
-         shape.shortest > wanted * kSquaredShortest &&
-         12 * (shape.determinant * shape.doubled_area) * shape.doubled_area > low * low;
-}
-
-double ShortfallOf(const Corner& a, const Corner& b, const Corner& c) {
-  const Shape shape = ShapeOf(a, b, c);
-  if (IsSurelyAbove(shape, kMeritGoal)) return 0;
-  const double lack = std::max(0.0, kMeritGoal - MeritOf(shape));
-  return (lack * lack) * (lack * lack);
-}
-
-/// The shortfall around the center of a star, if it stood elsewhere; where that is no less than
-/// `enough`, something that is not either.
-double ShortfallAround(const Mesh& mesh, const Star& star, const Corner& center, double enough) {
-  double sum = 0;
-  for (std::size_t k = 0; k < star.triangles().size() && sum < enough; ++k) {
-    sum += ShortfallOf(center, CornerAt(mesh, star.ring()[k]), CornerAt(mesh, star.ring_after(k)));
-  }
-  return sum;
-}
-
-bool IsGain(double before, double after) {
-  return before - after >= std::max(kGainShare * before, kGainMin);
-}
 
 void SortAndDropRepeats(std::vector<VertexId>& nodes) {
   std::sort(nodes.begin(), nodes.end());
@@ -215,16 +126,17 @@ Mender::Mended Mender::VisitNext(const MetricField& field) {
   Mended mended;
   if (mesh_.IsLive(node) && !mesh_.vertex(node).pinched) {
     star_.Gather(mesh_, node);
-    while (permissions_.swap && SwapOne()) {
+    while (permissions_.swap && !is_worn_out() && SwapOne()) {
       ++mended.swaps;
       star_.Gather(mesh_, node);
     }
     const VertexRecord& record = mesh_.vertex(node);
     const bool on_kept_surface = record.edge.valid() && !permissions_.surface;
-    if (!record.fixed && !record.frozen && !on_kept_surface && HasBadTriangle()) {
+    if (!record.fixed && !record.frozen && !on_kept_surface && !is_worn_out() && HasBadTriangle()) {
       mended.moves = record.edge.valid() ? Slide(field) : Move(field);
+      if (mended.moves == 0 && !record.edge.valid()) mended.insertions = Insert(field);
     }
-    if (mended.swaps + mended.moves > 0) {
+    if (mended.swaps + mended.moves + mended.insertions > 0) {
       Part part{.nodes = std::move(state_.next_round), .poor = {}};
       for (const TriangleId t : star_.triangles()) AddCornersIfBad(t, part);
       state_.next_round = std::move(part.nodes);
@@ -269,8 +181,9 @@ void Mender::AddCornersIfBad(TriangleId triangle, Part& part) const {
 /// Infinite where it is surely good.
 double Mender::MeritAt(TriangleId triangle) const {
   const auto& v = mesh_.triangle(triangle).vertices;
-  const Shape shape = ShapeOf(CornerAt(mesh_, v[0]), CornerAt(mesh_, v[1]), CornerAt(mesh_, v[2]));
-  if (IsSurelyAbove(shape, kWarmMerit)) return std::numeric_limits<double>::infinity();
+  const MeritShape shape = MeritShapeOf(MeritCornerAt(mesh_, v[0]), MeritCornerAt(mesh_, v[1]),
+                                        MeritCornerAt(mesh_, v[2]));
+  if (IsMeritSurelyAbove(shape, kWarmMerit)) return std::numeric_limits<double>::infinity();
   return MeritOf(shape);
 }
 
@@ -294,10 +207,6 @@ bool Mender::HasBadTriangle() const {
                      [&](TriangleId t) { return IsBad(t); });
 }
 
-double Mender::StarShortfall(Vec2 position, const Metric& metric) const {
-  return ShortfallAround(mesh_, star_, {position, metric}, std::numeric_limits<double>::infinity());
-}
-
 bool Mender::StaysPositive(Vec2 center) const {
   for (std::size_t k = 0; k < star_.triangles().size(); ++k) {
     if (Orient2d(center, mesh_.position(star_.ring()[k]), mesh_.position(star_.ring_after(k))) <=
@@ -310,14 +219,27 @@ bool Mender::StaysPositive(Vec2 center) const {
 
 bool Mender::Move(const MetricField& field) {
   const VertexId node = star_.center();
-  const Metric m = mesh_.metric(node);
+  const std::vector<MeritCorner> ring = RingCorners();
+  const Vec2 best = BestPlace(ring, MeritCornerAt(mesh_, node));
+  const Arrival arrival = Arrive(ring, field, best);
+  if (!arrival.better) return false;
+  edit_.MoveVertex(node, best);
+  edit_.SetMetric(node, arrival.metric);
+  edit_.Hint(node) = arrival.hint;
+  edit_.Visit(node).mended = true;
+  state_.moved.push_back(node);
+  return true;
+}
+
+Vec2 Mender::BestPlace(std::span<const MeritCorner> ring, const MeritCorner& start) {
+  const Metric& m = start.metric;
   // Two vectors of metric length 1, orthogonal in the metric.
   const double height = std::sqrt(Determinant(m) / m.m11);
   const Vec2 first{1 / std::sqrt(m.m11), 0};
   const Vec2 second{-m.m12 / (m.m11 * height), 1 / height};
 
-  Vec2 best = mesh_.position(node);
-  double least = StarShortfall(best, m);
+  Vec2 best = start.position;
+  double least = ShortfallAround(ring, start);
   for (const double step : kSteps) {
     bool better = true;
     for (int round = 0; better && round < kRoundsPerStep; ++round) {
@@ -326,7 +248,7 @@ bool Mender::Move(const MetricField& field) {
       for (const Vec2 direction : kCompass) {
         const Vec2 target = from + step * (direction.x * first + direction.y * second);
         const double enough = kSearchShare * least;
-        const double shortfall = ShortfallAround(mesh_, star_, {target, m}, enough);
+        const double shortfall = ShortfallAround(ring, {target, m, start.squared_room}, enough);
         if (!(shortfall < enough)) continue;
         least = shortfall;
         best = target;
@@ -334,14 +256,15 @@ bool Mender::Move(const MetricField& field) {
       }
     }
   }
-  const Arrival arrival = Arrive(field, best);
-  if (!arrival.better) return false;
-  edit_.MoveVertex(node, best);
-  edit_.SetMetric(node, arrival.metric);
-  edit_.Hint(node) = arrival.hint;
-  edit_.Visit(node).mended = true;
-  state_.moved.push_back(node);
-  return true;
+  return best;
+}
+
+std::vector<MeritCorner> Mender::RingCorners() const {
+  std::vector<MeritCorner> ring;
+  ring.reserve(star_.ring().size() + 1);
+  for (const VertexId vertex : star_.ring()) ring.push_back(MeritCornerAt(mesh_, vertex));
+  if (star_.closed()) ring.push_back(ring.front());
+  return ring;
 }
 
 bool Mender::Slide(const MetricField& field) {
@@ -355,8 +278,9 @@ bool Mender::Slide(const MetricField& field) {
   const double low = edge.parameters[0];
   const double high = mesh_.edge(after).parameters[1];
 
+  const std::vector<MeritCorner> ring = RingCorners();
   double best = edge.parameters[1];
-  double least = StarShortfall(mesh_.position(node), m);
+  double least = ShortfallAround(ring, {mesh_.position(node), m});
   for (const double step : kSteps) {
     bool better = true;
     for (int round = 0; better && round < kRoundsPerStep; ++round) {
@@ -366,7 +290,7 @@ bool Mender::Slide(const MetricField& field) {
         if (!(low < t && t < high)) continue;
         const double enough = kSearchShare * least;
         const double shortfall =
-            ShortfallAround(mesh_, star_, {mesh_.PointOnSegment(edge.segment, t), m}, enough);
+            ShortfallAround(ring, {mesh_.PointOnSegment(edge.segment, t), m}, enough);
         if (!(shortfall < enough)) continue;
         least = shortfall;
         best = t;
@@ -374,7 +298,7 @@ bool Mender::Slide(const MetricField& field) {
       }
     }
   }
-  const Arrival arrival = Arrive(field, mesh_.PointOnSegment(edge.segment, best));
+  const Arrival arrival = Arrive(ring, field, mesh_.PointOnSegment(edge.segment, best));
   if (!arrival.better) return false;
   edit_.SlideVertex(node, best);
   edit_.SetMetric(node, arrival.metric);
@@ -384,14 +308,16 @@ bool Mender::Slide(const MetricField& field) {
   return true;
 }
 
-Mender::Arrival Mender::Arrive(const MetricField& field, Vec2 target) const {
+Mender::Arrival Mender::Arrive(std::span<const MeritCorner> ring, const MetricField& field,
+                               Vec2 target) const {
   const VertexId node = star_.center();
   Arrival arrival;
   arrival.hint = mesh_.hint(node);
   if (target == mesh_.position(node) || !StaysPositive(target)) return arrival;
+  const MeritCorner now = MeritCornerAt(mesh_, node);
   arrival.metric = field.At(target, arrival.hint);
-  arrival.better = IsGain(StarShortfall(mesh_.position(node), mesh_.metric(node)),
-                          StarShortfall(target, arrival.metric));
+  arrival.better = IsGain(ShortfallAround(ring, now),
+                          ShortfallAround(ring, {target, arrival.metric, now.squared_room}));
   return arrival;
 }
 
@@ -400,6 +326,11 @@ bool Mender::SwapOne() {
     if (!IsBad(t)) continue;
     for (int corner = 0; corner < 3; ++corner) {
       if (!WantsSwap({t, corner})) continue;
+      // It may change who is beside a crowd, which must not go round for ever.
+      const auto& v = mesh_.triangle(t).vertices;
+      if (std::ranges::any_of(v, [&](VertexId id) { return IsMendedBesideCrowd(mesh_, id); })) {
+        state_.moved.push_back(star_.center());
+      }
       edit_.SwapEdge({t, corner});
       return true;
     }
@@ -414,13 +345,14 @@ bool Mender::WantsSwap(Side side) const {
   if (!beyond.valid() || ((triangle.constrained >> side.corner) & 1) != 0 || triangle.frozen) {
     return false;
   }
-  const Corner y = CornerAt(mesh_, triangle.vertices[corner]);
-  const Corner z =
-      CornerAt(mesh_, triangle.vertices[static_cast<std::size_t>(NextCorner(side.corner))]);
-  const Corner x =
-      CornerAt(mesh_, triangle.vertices[static_cast<std::size_t>(PreviousCorner(side.corner))]);
+  const MeritCorner y = MeritCornerAt(mesh_, triangle.vertices[corner]);
+  const MeritCorner z =
+      MeritCornerAt(mesh_, triangle.vertices[static_cast<std::size_t>(NextCorner(side.corner))]);
+  const MeritCorner x = MeritCornerAt(
+      mesh_, triangle.vertices[static_cast<std::size_t>(PreviousCorner(side.corner))]);
   const int far = mesh_.SideTowards(beyond, side.triangle);
-  const Corner w = CornerAt(mesh_, mesh_.triangle(beyond).vertices[static_cast<std::size_t>(far)]);
+  const MeritCorner w =
+      MeritCornerAt(mesh_, mesh_.triangle(beyond).vertices[static_cast<std::size_t>(far)]);
   if (Orient2d(y.position, z.position, w.position) <= 0 ||
       Orient2d(w.position, x.position, y.position) <= 0) {
     return false;

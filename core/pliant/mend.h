@@ -14,25 +14,29 @@
 
 namespace pliant {
 
+struct MeritCorner;
+
 /// Cures the tail that a converged loop leaves: the few triangles that are flat, and the few edges
 /// that are too long or too short, at pairs of vertices of degree 5 and 7, at corners, and where
 /// the last nodes were inserted. One triangle in some hundreds.
 ///
 /// A triangle has a merit: 1 where it is just good enough, less where it is worse,
 ///
-///     merit = min(Q / 0.8, (1.42 / l)^2, (l / 0.65)^2)   over its edges l,
+///     merit = min(Q / 0.8, (1.42 / l)^2, (l / 0.65)^2)   over its edges l  (merit.h),
 ///
 /// and a shortfall, max(0, 1.1 - merit)^4. A node at a triangle of merit below 1 is moved (on its
 /// segment, if it lies on one) to where the sum of the shortfalls around it is least, by a compass
 /// search; an edge is swapped where that lessens the sum over its two triangles. Triangles of merit
-/// 1.1 have no say, so that good nodes stay where the loop has put them.
+/// 1.1 have no say, so that good nodes stay where the loop has put them. Where given vertices are
+/// crowded a node is put in if moving and swapping do not help.
 ///
 /// Where the metric has just changed, mending asks for a merit of 1.03: what is only just good
 /// enough would be bad again as soon as an update far away lets one of its nodes make a last,
 /// short step, and mending would answer to a metric that did not change.
 ///
 /// Ends: the sum of the shortfalls over the mesh is finite and not negative, and every change
-/// lessens it by at least `kGainMin`; only a change makes other nodes wait.
+/// lessens it by at least `kGainMin`; only a change makes other nodes wait. Beside crowds it is not
+/// one sum: changes there are counted, and are as many as `is_worn_out` allows.
 ///
 /// *Invariants*: every triangle is positive after every visit.
 /// *Threads*: one caller at a time.
@@ -43,6 +47,8 @@ class Mender {
 
   /// Other permissions from now on.
   void Permit(const Permissions& permissions) { permissions_ = permissions; }
+  /// The mesh may have so many vertices.
+  void LimitVertices(std::int32_t vertices_max) { vertices_max_ = vertices_max; }
 
   /// Looks for bad triangles and lets their vertices wait for a visit: triangles with a vertex that
   /// the loop has reached, and, after the first commit, that has changed since the last one: those
@@ -63,6 +69,7 @@ class Mender {
   struct Mended {
     int moves = 0;
     int swaps = 0;
+    int insertions = 0;
   };
   /// Visits the first node that waits. @pre !done()
   Mended VisitNext(const MetricField& field);
@@ -89,6 +96,9 @@ class Mender {
   void Renumber(std::span<const VertexId> new_ids);
 
  private:
+  /// Far more than a node takes to come to a place where it is good.
+  static constexpr std::size_t kMovesOfNode = 8;
+
   /// What was found in a part of the mesh.
   struct Part {
     std::vector<VertexId> nodes;  ///< At bad triangles.
@@ -102,11 +112,24 @@ class Mender {
   [[nodiscard]] bool IsBad(TriangleId triangle, double merit) const;
   [[nodiscard]] bool IsBad(TriangleId triangle) const { return IsBad(triangle, MeritAt(triangle)); }
   [[nodiscard]] bool IsWarm(VertexId node) const;
-  /// Sum of the shortfalls of the star's triangles with its center at `position`.
-  [[nodiscard]] double StarShortfall(Vec2 position, const Metric& metric) const;
   [[nodiscard]] bool HasBadTriangle() const;
+  /// True when so many nodes were moved that nothing but a circle can be the cause.
+  [[nodiscard]] bool is_worn_out() const {
+    return state_.moved.size() / kMovesOfNode >= static_cast<std::size_t>(mesh_.vertex_count());
+  }
   [[nodiscard]] bool StaysPositive(Vec2 center) const;
+  /// The ring of a closed star begins again at its end.
+  [[nodiscard]] std::vector<MeritCorner> RingCorners() const;
+  /// Where the shortfall around a center is less than at `start`, by a compass search.
+  [[nodiscard]] static Vec2 BestPlace(std::span<const MeritCorner> ring, const MeritCorner& start);
   bool Move(const MetricField& field);
+  /// Where given vertices are crowded beside the center, puts a node between it and them.
+  bool Insert(const MetricField& field);
+  struct Row;
+  [[nodiscard]] bool IsCrowdedLink(std::span<const MeritCorner> ring, std::size_t k) const;
+  [[nodiscard]] std::vector<Row> RowsAtCrowd(std::span<const MeritCorner> ring) const;
+  bool InsertBeside(const Row& row, const MetricField& field);
+  void PutIn(Vec2 place, std::span<const VertexId> corners, std::span<const TriangleId> cavity);
   bool Slide(const MetricField& field);
   /// The metric at a better place for the center, if it is better in that metric too.
   struct Arrival {
@@ -114,7 +137,8 @@ class Mender {
     Metric metric;
     std::int32_t hint = 0;
   };
-  [[nodiscard]] Arrival Arrive(const MetricField& field, Vec2 target) const;
+  [[nodiscard]] Arrival Arrive(std::span<const MeritCorner> ring, const MetricField& field,
+                               Vec2 target) const;
   bool SwapOne();
   [[nodiscard]] bool WantsSwap(Side side) const;
   void AddCornersIfBad(TriangleId triangle, Part& part) const;
@@ -122,6 +146,7 @@ class Mender {
   MeshEdit& edit_;
   const Mesh& mesh_;
   Permissions permissions_;
+  std::int32_t vertices_max_ = INT32_MAX;
   Star star_;
   State state_;
 };

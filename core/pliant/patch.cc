@@ -136,6 +136,7 @@ void Patch::Gather(const Mesh& mesh, const Star& star) {
   for (std::size_t k = 0; k < count_; ++k) ring_.Set(k + 1, mesh.vertex(ring[k]));
   ring_.Copy(0, count_);
   for (std::size_t slot = count_ + 1; slot < padded_count() + 2; ++slot) ring_.Copy(slot, 1);
+  crowd_.Measure(mesh, star);
 }
 
 Vec2 Patch::Step(double alpha) const {
@@ -143,6 +144,10 @@ Vec2 Patch::Step(double alpha) const {
   double step_y[kSlots];
   RunStepKernel({ViewOf(ring_), center_, metric_}, padded_count(), {step_x, step_y});
   Vec2 sum;
+  if (const std::span<const double> weights = crowd_.weights(); !weights.empty()) [[unlikely]] {
+    for (std::size_t k = 0; k < count_; ++k) sum += weights[k] * Vec2{step_x[k], step_y[k]};
+    return alpha * sum;
+  }
   for (std::size_t k = 0; k < count_; ++k) sum += {step_x[k], step_y[k]};
   return alpha * sum;
 }
@@ -200,7 +205,7 @@ Patch::Extents Patch::MeasureExtents() const {
   double sum = 0;
   for (std::size_t k = 0; k < count_; ++k) sum += area_[k];
   Extents extents;
-  const auto n = static_cast<double>(count_);
+  const double n = crowd_.NeighborCount(count_);
   extents.node = 2.3 / std::sqrt(n * (n - 2)) * sum;
   double before = area_[count_ - 1];
   for (std::size_t k = 0; k < count_; ++k) {

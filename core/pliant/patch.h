@@ -6,6 +6,7 @@
 #include "core/mesh/mesh.h"
 #include "core/mesh/star.h"
 #include "core/metric/metric.h"
+#include "core/pliant/crowd.h"
 
 namespace pliant {
 
@@ -95,6 +96,7 @@ class Patch {
   Vec2 center_;
   Metric metric_;
   Columns ring_;
+  Crowd crowd_;
   alignas(64) double area_[kSlots];
   alignas(64) double alert_[kSlots];
 };

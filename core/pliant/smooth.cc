@@ -36,17 +36,18 @@ double SmoothingForce(Smoothing smoothing, double d) {
 }
 
 Vec2 SmoothingStep(const Mesh& mesh, VertexId node, std::span<const VertexId> neighbors,
-                   Smoothing smoothing, double alpha) {
+                   Smoothing smoothing, double alpha, std::span<const double> weights) {
   const Vec2 p = mesh.position(node);
   const Metric& m = mesh.metric(node);
   Vec2 sum;
-  for (const VertexId neighbor : neighbors) {
-    const VertexRecord& other = mesh.vertex(neighbor);
+  for (std::size_t k = 0; k < neighbors.size(); ++k) {
+    const VertexRecord& other = mesh.vertex(neighbors[k]);
     const Vec2 e = p - other.position;
     const double squared = SquaredLength(0.5 * (m + other.metric), e);
     if (smoothing == Smoothing::kPliant) {  // The hot case, with one square root less in d^4.
       if (squared >= kPliantReach * kPliantReach) continue;
-      sum += (PliantForce(squared * squared) / std::sqrt(squared)) * e;
+      const Vec2 force = (PliantForce(squared * squared) / std::sqrt(squared)) * e;
+      sum += weights.empty() ? force : weights[k] * force;
     } else {
       const double d = std::sqrt(squared);
       sum += (SmoothingForce(smoothing, d) / d) * e;

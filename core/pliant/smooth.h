@@ -16,10 +16,11 @@ namespace pliant {
 /// The step of eq. 2: alpha * sum over neighbours of f(d_ij) u_ij, with u_ij = (p_i - p_j) / d_ij.
 ///
 /// @param neighbors  the vertices that share an edge with `node`, in a fixed order.
+/// @param weights    of their forces, one for each neighbour (crowd.h); empty: 1. Not Laplacian's.
 /// @param alpha      the step; Laplacian smoothing uses 1/n instead, whatever is given.
 /// @return displacement in domain units.
 [[nodiscard]] Vec2 SmoothingStep(const Mesh& mesh, VertexId node,
                                  std::span<const VertexId> neighbors, Smoothing smoothing,
-                                 double alpha);
+                                 double alpha, std::span<const double> weights = {});
 
 }  // namespace pliant

@@ -134,6 +134,50 @@ TEST(Mender, EndsWhereNothingHelps) {
   EXPECT_EQ(ExportMesh(patchwork.mesh).data.points, data.points);
 }
 
+/// Seven given vertices 0.2 apart, a node 0.9 away from them, and what lies around.
+struct RowOfGiven : Patchwork {
+  static constexpr std::int32_t kCount = 12;
+
+  RowOfGiven() : Patchwork(Data()) {
+    for (std::int32_t v = 0; v + 1 < kCount; ++v) {
+      if (!mesh.vertex(VertexId(v)).fixed) edit.Fix(VertexId(v));
+    }
+  }
+  static MeshData Data() {
+    MeshData data;
+    for (int k = -3; k <= 3; ++k) data.points.push_back({0.2 * k, 0.005 * k * k});
+    for (const Vec2 p : {Vec2{1, 0.9}, {0.5, 1.85}, {-0.5, 1.85}, {-1, 0.9}, {0, 0.9}}) {
+      data.points.push_back(p);
+    }
+    for (int k = 0; k + 1 < kCount; ++k) {
+      data.triangles.push_back({k, (k + 1) % (kCount - 1), kCount - 1});
+    }
+    return data;
+  }
+};
+
+// Goal: between given vertices that are crowded and a node that is too far from them nodes come in,
+// which the loop leaves alone; a limit of vertices and a client who forbids it are respected.
+TEST(Mender, PutsNodesBesideCrowdedVertices) {
+  RowOfGiven free;
+  const double before = MeasureQuality(free.mesh, free.field).q_min;
+  ASSERT_LT(before, 0.36);
+  free.Run();
+  EXPECT_GT(free.mesh.vertex_count(), RowOfGiven::kCount);
+  EXPECT_LE(free.mesh.vertex_count(), RowOfGiven::kCount + 4);
+  EXPECT_TRUE(free.mesh.vertex(VertexId(RowOfGiven::kCount)).visit.mended);
+  EXPECT_GT(MeasureQuality(free.mesh, free.field).q_min, before + 0.1);
+
+  RowOfGiven limited;
+  limited.mender.LimitVertices(RowOfGiven::kCount);
+  limited.Run();
+  EXPECT_EQ(limited.mesh.vertex_count(), RowOfGiven::kCount);
+  RowOfGiven forbidden;
+  forbidden.mender.Permit(Permissions{.insert = false});
+  forbidden.Run();
+  EXPECT_EQ(forbidden.mesh.vertex_count(), RowOfGiven::kCount);
+}
+
 // Goal: a client that forbids moves gets none from mending either.
 TEST(Mender, RespectsPermissions) {
   Patchwork patchwork(Hexagon({0.6, 0.3}));
