@@ -53,7 +53,7 @@ class Advance {
   /// Live vertices whose surroundings are not what they were, ascending.
   struct Disturbance {
     std::vector<VertexId> all;
-    std::vector<VertexId> strained;  ///< Those with the same triangles as before.
+    std::vector<VertexId> strained;  ///< MeshChange::Outcome::drifting.
   };
   [[nodiscard]] Disturbance Disturbed();
 

@@ -56,16 +56,23 @@ void Advance::JoinFront(VertexId vertex) {
 
 Advance::Disturbance Advance::Disturbed() {
   IdBits<VertexId> all(mesh_.vertex_slots());
-  IdBits<VertexId> torn(mesh_.vertex_slots());
+  IdBits<VertexId> not_strained(mesh_.vertex_slots());
   const auto add = [&](VertexId vertex) {
     if (mesh_.IsLive(vertex)) all.Add(vertex);
   };
   for (const VertexId vertex : torn_) {
     add(vertex);
-    torn.Add(vertex);
+    not_strained.Add(vertex);
   }
-  ForEachTriangleOfFront(
-      [&](TriangleId id) { std::ranges::for_each(mesh_.triangle(id).vertices, add); });
+  ForEachTriangleOfFront([&](TriangleId id) {
+    const auto& corners = mesh_.triangle(id).vertices;
+    std::ranges::for_each(corners, add);
+    // Where some stand still, as around a body that turns, a step is no part of a slow flow.
+    const bool flows = std::ranges::all_of(
+        corners, [&](VertexId corner) { return place_of_.At(corner) != PlaceMap::kNone; });
+    if (flows) return;
+    for (const VertexId corner : corners) not_strained.Add(corner);
+  });
   // Those that move alike keep their surroundings only if these keep their shape.
   for (std::size_t place = 0; place < moving_.size(); ++place) {
     if (stopped_()) return {};
@@ -74,7 +81,7 @@ Advance::Disturbance Advance::Disturbed() {
   }
   Disturbance disturbance{.all = all.Ascending(), .strained = {}};
   for (const VertexId vertex : disturbance.all) {
-    if (!torn.Has(vertex)) disturbance.strained.push_back(vertex);
+    if (!not_strained.Has(vertex)) disturbance.strained.push_back(vertex);
   }
   return disturbance;
 }
