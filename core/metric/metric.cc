@@ -114,6 +114,31 @@ void RunExpKernel(const Columns& in, std::size_t count, ResultColumns& out) {
 
 constexpr double kModerate = 700;
 
+/// Runs a kernel on matrices, a block of columns at a time.
+/// @param holds  whether its result for these eigenvalues, low and high, does
+/// @param one    computes a single one where it does not
+template <class In, class Out, class Kernel, class Holds, class One>
+void RunInBlocks(std::span<const In> ins, std::span<Out> outs, Kernel kernel, Holds holds,
+                 One one) {
+  PLIANT_CHECK(ins.size() == outs.size());
+  Columns in;
+  ResultColumns out;
+  for (std::size_t begin = 0; begin < ins.size(); begin += kAtOnce) {
+    const std::size_t count = std::min(kAtOnce, ins.size() - begin);
+    for (std::size_t k = 0; k < count; ++k) {
+      const auto& [a11, a12, a22] = ins[begin + k];
+      in.a11[k] = a11;
+      in.a12[k] = a12;
+      in.a22[k] = a22;
+    }
+    kernel(in, count, out);
+    for (std::size_t k = 0; k < count; ++k) {
+      outs[begin + k] = holds(out.low[k], out.high[k]) ? Out{out.a11[k], out.a12[k], out.a22[k]}
+                                                       : one(ins[begin + k]);
+    }
+  }
+}
+
 bool BoundsNothing(const SizeBounds& bounds) {
   return bounds.size_max <= 0 && bounds.size_min <= 0 && bounds.anisotropy_max <= 0;
 }
@@ -175,46 +200,17 @@ Metric Exp(const LogMetric& l) {
 }
 
 void LogEach(std::span<const Metric> metrics, std::span<LogMetric> logs) {
-  PLIANT_CHECK(metrics.size() == logs.size());
-  Columns in;
-  ResultColumns out;
-  for (std::size_t begin = 0; begin < metrics.size(); begin += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, metrics.size() - begin);
-    for (std::size_t k = 0; k < count; ++k) {
-      const Metric& m = metrics[begin + k];
-      in.a11[k] = m.m11;
-      in.a12[k] = m.m12;
-      in.a22[k] = m.m22;
-    }
-    RunLogKernel(in, count, out);
-    for (std::size_t k = 0; k < count; ++k) {
-      const bool is_normal = out.low[k] >= std::numeric_limits<double>::min() &&
-                             out.high[k] <= std::numeric_limits<double>::max();
-      logs[begin + k] =
-          is_normal ? LogMetric{out.a11[k], out.a12[k], out.a22[k]} : Log(metrics[begin + k]);
-    }
-  }
+  const auto is_normal = [](double low, double high) {
+    return low >= std::numeric_limits<double>::min() && high <= std::numeric_limits<double>::max();
+  };
+  RunInBlocks(metrics, logs, RunLogKernel, is_normal, [](const Metric& m) { return Log(m); });
 }
 
 void ExpEach(std::span<const LogMetric> logs, std::span<Metric> metrics) {
-  PLIANT_CHECK(logs.size() == metrics.size());
-  Columns in;
-  ResultColumns out;
-  for (std::size_t begin = 0; begin < logs.size(); begin += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, logs.size() - begin);
-    for (std::size_t k = 0; k < count; ++k) {
-      const LogMetric& l = logs[begin + k];
-      in.a11[k] = l.l11;
-      in.a12[k] = l.l12;
-      in.a22[k] = l.l22;
-    }
-    RunExpKernel(in, count, out);
-    for (std::size_t k = 0; k < count; ++k) {
-      const bool is_moderate = out.low[k] >= -kModerate && out.high[k] <= kModerate;
-      metrics[begin + k] =
-          is_moderate ? Metric{out.a11[k], out.a12[k], out.a22[k]} : Exp(logs[begin + k]);
-    }
-  }
+  const auto is_moderate = [](double low, double high) {
+    return low >= -kModerate && high <= kModerate;
+  };
+  RunInBlocks(logs, metrics, RunExpKernel, is_moderate, [](const LogMetric& l) { return Exp(l); });
 }
 
 double LogDistance(const LogMetric& a, const LogMetric& b) {
