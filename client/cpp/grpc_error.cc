@@ -73,7 +73,10 @@ Error ErrorFromStatus(const grpc::Status& status) {
       if (any.Is<v1::ErrorDetail>() && any.UnpackTo(&detail)) return ErrorFromDetail(detail);
     }
   }
-  const ErrorCode code = CodeFromGrpc(status.error_code());
+  ErrorCode code = CodeFromGrpc(status.error_code());
+  // gRPC's own word for calls that reach a server while it shuts down. Whoever cancels a call of
+  // this client knows that, and does not look at its status.
+  if (code == ErrorCode::kCancelled) code = ErrorCode::kUnavailable;
   return {.code = code, .message = Sentence(status, code)};
 }
 

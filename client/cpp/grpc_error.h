@@ -16,8 +16,8 @@ namespace pliant::client {
 [[nodiscard]] Error ErrorFromDetail(const v1::ErrorDetail& detail);
 
 /// The failure of a call: the refusal in its trailer, or, where gRPC itself or something between
-/// speaks, the nearest cause (kUnavailable, kDeadlineExceeded, kCancelled, kUnimplemented,
-/// kResourceExhausted, else kInternal). @pre !status.ok()
+/// speaks, the nearest cause (kUnavailable, also for a call that a closing server cancelled,
+/// kDeadlineExceeded, kUnimplemented, kResourceExhausted, else kInternal). @pre !status.ok()
 [[nodiscard]] Error ErrorFromStatus(const grpc::Status& status);
 
 }  // namespace pliant::client

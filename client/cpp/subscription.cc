@@ -40,14 +40,14 @@ Result<MeshDiff> Subscription::Impl::Next() {
       outage.End();
     }
     const Error error = End();
+    if (is_cancelled()) {
+      return Error{.code = ErrorCode::kCancelled, .message = "the subscription was cancelled"};
+    }
     if (error.code != ErrorCode::kUnavailable) return error;
     const std::optional<std::chrono::milliseconds> pause = outage.NextPause();
     if (!pause) return error;
     if (Pause(*pause)) {
       connection_->LookForServer(outage.end(), [this] { return is_cancelled(); });
-    }
-    if (is_cancelled()) {
-      return Error{.code = ErrorCode::kCancelled, .message = "the subscription was cancelled"};
     }
   }
 }

@@ -56,16 +56,21 @@ TEST(Session, ALostStreamIsOpenedAgainAndTheCommandRepeated) {
 
 grpc::Status PulledCable() { return {grpc::StatusCode::UNAVAILABLE, "the cable was pulled"}; }
 
+// What gRPC itself answers to calls that reach a server after it has begun to shut down.
+grpc::Status Closing() { return {grpc::StatusCode::CANCELLED, "CANCELLED"}; }
+
 TEST(Session, AStreamThatIsLostAgainAndAgainIsMadeAgain) {
   const History history(1);
   FakeServer server;
   std::vector<std::int64_t> advance_ids;
   server.on_edit = [&](EditScript& script, int stream) {
+    if (stream == 2) return Closing();
     script.Open(Revision{0});
-    if (stream == 3) return PulledCable();
+    if (stream == 4) return PulledCable();
     const v1::EditRequest request = script.Next();
     advance_ids.push_back(request.update_id());
-    if (stream <= 4) return PulledCable();
+    if (stream <= 3) return Closing();
+    if (stream <= 5) return PulledCable();
     script.SendDiff(history.Diff(1));
     script.Advanced(request, history.Diff(1));
     script.Next();

@@ -117,6 +117,10 @@ _CLASSES = {
     grpc.StatusCode.DATA_LOSS: ReplicaMismatch,
     grpc.StatusCode.INTERNAL: Internal,
 }
+# What grpcio says of calls that this process has cancelled. It is also gRPC's word for calls that
+# reach a server while it shuts down.
+_CANCELLED_HERE = ("Locally cancelled by application!", "Channel closed!",
+                   "Channel closed due to fork")
 _STATUS_OF_NUMBER = {status.value[0]: status for status in grpc.StatusCode}
 
 
@@ -141,7 +145,10 @@ def from_rpc(rpc_error):
             detail = errors_pb2.ErrorDetail()
             if packed.Unpack(detail):
                 return from_detail(detail, status)
-    return _CLASSES.get(status, Error)(status.name, rpc_error.details() or "no details")
+    message = rpc_error.details() or "no details"
+    if status == grpc.StatusCode.CANCELLED and message not in _CANCELLED_HERE:
+        return Unavailable("UNAVAILABLE", "the server shuts down; connect again later")
+    return _CLASSES.get(status, Error)(status.name, message)
 
 
 def _restore(cls, attributes):

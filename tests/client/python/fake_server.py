@@ -102,7 +102,8 @@ NOTHING = FakeMesh({}, {}, {})
 class FakeService(session_pb2_grpc.SessionServiceServicer):
     """One session that plays `meshes`. `faults` are taken one for each advance: None, "hash"
     or "count" (the diff lies), "drop before" (the advance is lost), "drop after" (its answer is
-    lost, the diff came), an ErrorDetail (the server announces the end of the stream), "forget" (it
+    lost, the diff came), "closing" (a server that shuts down: gRPC cancels this stream, and the
+    next one at once), an ErrorDetail (the server announces the end of the stream), "forget" (it
     dies, and knows no update when it is back) or "hang" (it runs until the client cancels it or
     leaves)."""
 
@@ -114,7 +115,7 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
         self.answers = {}
         self.applied, self.cancelled = [], []
         self.received = {}
-        self.deleted = False
+        self.deleted = self.is_closing = False
         self.staged_count = self.discard_count = 0
         self.is_hanging = threading.Event()
         self.editor = threading.Lock()
@@ -146,6 +147,9 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
     def edit(self, request_iterator, context):
         for request in request_iterator:
             command = request.WhichOneof("command")
+            if self.is_closing:
+                self.is_closing = False
+                context.abort(grpc.StatusCode.CANCELLED, "CANCELLED")
             if command == "open":
                 yield self.response(opened=edit_pb2.Opened(
                     last_update_id=max(self.answers, default=0), staged_count=self.staged_count))
@@ -164,6 +168,9 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
         fault = self.faults.pop(0) if self.faults else None
         if fault == "drop before":
             context.abort(grpc.StatusCode.UNAVAILABLE, "connection reset")
+        if fault == "closing":
+            self.is_closing = True
+            context.abort(grpc.StatusCode.CANCELLED, "CANCELLED")
         if fault == "forget":
             self.answers.clear()
             self.staged_count = 0

@@ -124,7 +124,7 @@ def test_a_difference_is_found_and_healed(start, fault):
     check_view(session.mesh, meshes[2])
 
 
-@pytest.mark.parametrize("fault", ["drop before", "drop after"])
+@pytest.mark.parametrize("fault", ["drop before", "drop after", "closing"])
 def test_a_lost_connection_applies_nothing_twice(start, fault):
     meshes = list(random_meshes(3))
     service = FakeService(meshes, faults=[None, fault])
