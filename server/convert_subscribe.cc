@@ -47,6 +47,8 @@ Result<SubscribeSpec> ConvertSubscribe(const v1::SubscribeRequest& request) {
   }
   spec.region_tags.assign(request.region_tags().begin(), request.region_tags().end());
   std::sort(spec.region_tags.begin(), spec.region_tags.end());
+  spec.region_tags.erase(std::unique(spec.region_tags.begin(), spec.region_tags.end()),
+                         spec.region_tags.end());
   PLIANT_ASSIGN_OR_RETURN(spec.parts, ConvertParts(request.parts()));
   if (spec.parts.transfer && !spec.region_tags.empty()) {
     return RangeError(

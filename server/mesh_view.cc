@@ -46,9 +46,24 @@ std::optional<MeshDiff> MeshView::Follow(const MeshDiff& diff) {
   return seen;
 }
 
+std::vector<std::int32_t> MeshView::AbsentTags() const {
+  std::vector<std::int32_t> absent;
+  for (std::size_t i = 0; i < tag_uses_.size(); ++i) {
+    if (tag_uses_[i] == 0) absent.push_back(spec_.region_tags[i]);
+  }
+  return absent;
+}
+
 bool MeshView::Wants(std::int32_t region) const {
   return spec_.region_tags.empty() ||
          std::binary_search(spec_.region_tags.begin(), spec_.region_tags.end(), region);
+}
+
+std::int64_t* MeshView::UsesOf(std::int32_t region) {
+  const auto& tags = spec_.region_tags;
+  if (tags.empty()) return nullptr;
+  return &tag_uses_[static_cast<std::size_t>(std::lower_bound(tags.begin(), tags.end(), region) -
+                                             tags.begin())];
 }
 
 void MeshView::Grow(const MeshDiff& diff) {
@@ -86,6 +101,7 @@ bool MeshView::Leave(TriangleId id) {
   if (!row.in_view) return false;
   for (const VertexId corner : row.vertices) --uses_[corner.index()];
   row.in_view = false;
+  if (std::int64_t* const uses = UsesOf(row.region)) --*uses;
   if (!spec_.only_vertices) {
     --summary_.triangle_count;
     summary_.state_hash -= TriangleHash(id, row.vertices, row.region);
@@ -108,6 +124,7 @@ bool MeshView::TakeTriangles(const MeshDiff& diff, MeshDiff& seen) {
     const TriangleRow row{diff.triangle_vertices[i], diff.triangle_regions[i], true};
     for (const VertexId corner : row.vertices) ++uses_[corner.index()];
     triangles_[id.index()] = row;
+    if (std::int64_t* const uses = UsesOf(row.region)) ++*uses;
     if (spec_.only_vertices) continue;
     ++summary_.triangle_count;
     summary_.state_hash += TriangleHash(id, row.vertices, row.region);

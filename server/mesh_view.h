@@ -22,12 +22,12 @@ namespace pliant::server {
 class MeshView {
  public:
   struct Spec {
-    std::vector<std::int32_t> region_tags = {};  ///< Ascending; empty: all regions.
+    std::vector<std::int32_t> region_tags = {};  ///< Ascending, none twice; empty: all regions.
     bool only_vertices = false;                  ///< Neither triangles nor edges are told.
     /// Metric or fields are told, too: what comes into view must come with its values.
     bool with_values = false;
   };
-  explicit MeshView(Spec spec) : spec_(std::move(spec)) {}
+  explicit MeshView(Spec spec) : spec_(std::move(spec)), tag_uses_(spec_.region_tags.size()) {}
 
   /// Begins anew with the whole mesh (a diff from nothing); what is in view of it.
   MeshDiff Reset(const MeshDiff& snapshot);
@@ -37,6 +37,9 @@ class MeshView {
   /// @pre diff.base_revision is where the view is @par Cost O(diff), and O(constrained edges) where
   /// vertices come into view or leave it
   std::optional<MeshDiff> Follow(const MeshDiff& diff);
+
+  /// Those of Spec::region_tags that no triangle has. @par Cost O(tags)
+  [[nodiscard]] std::vector<std::int32_t> AbsentTags() const;
 
  private:
   struct TriangleRow {
@@ -57,6 +60,8 @@ class MeshView {
   };
 
   [[nodiscard]] bool Wants(std::int32_t region) const;
+  /// Of a region that is wanted, by tag; null if all are.
+  std::int64_t* UsesOf(std::int32_t region);
   [[nodiscard]] bool InView(VertexId id) const {
     return id.index() < uses_.size() && uses_[id.index()] > 0;
   }
@@ -69,6 +74,7 @@ class MeshView {
   void TakeValues(const MeshDiff& diff, MeshDiff& seen) const;
 
   Spec spec_;
+  std::vector<std::int64_t> tag_uses_;        // By place in Spec::region_tags: triangles in view.
   std::vector<std::int32_t> uses_;            // By vertex: triangles in view that have it.
   std::vector<std::uint64_t> vertex_hashes_;  // Of vertices in view.
   std::vector<TriangleRow> triangles_;

@@ -137,6 +137,9 @@ void SubscribeStream::Write(SessionEvent event) {
     }
   }
   v1::SubscribeResponse response = ToSubscribeResponse(event, spec_.parts, spec_.numbering);
+  if (view_ && !response.has_closing()) {
+    for (const std::int32_t tag : view_->AbsentTags()) response.add_absent_region_tags(tag);
+  }
   std::vector<v1::SubscribeResponse> messages;
   for (v1::BlobChunk& chunk : TakeLargeArrays(response, last_blob_id_)) {
     v1::SubscribeResponse& message = messages.emplace_back();

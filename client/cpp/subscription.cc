@@ -75,6 +75,8 @@ Result<MeshDiff> Subscription::Impl::Follow(const v1::SubscribeResponse& respons
                                              ? FromWire(response.diff(), *reader_)
                                              : FromWire(response.snapshot(), *reader_));
   const Status status = response.has_diff() ? replica_.Apply(diff) : replica_.Reset(diff);
+  absent_region_tags_.assign(response.absent_region_tags().begin(),
+                             response.absent_region_tags().end());
   if (status.ok()) return diff;
   // What follows would not fit either: the whole mesh comes next.
   replica_ = {};
@@ -95,6 +97,9 @@ Subscription::Subscription(std::unique_ptr<Impl> impl) : impl_(std::move(impl)) 
 Subscription::~Subscription() = default;
 
 const MeshReplica& Subscription::replica() const { return impl_->replica(); }
+const std::vector<std::int32_t>& Subscription::absent_region_tags() const {
+  return impl_->absent_region_tags();
+}
 Result<MeshDiff> Subscription::Next() { return impl_->Next(); }
 void Subscription::Cancel() { impl_->Cancel(); }
 

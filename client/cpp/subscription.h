@@ -22,8 +22,8 @@ enum class Follow {
 struct SubscribeOptions {
   Parts parts = Parts::kMesh;
   Follow follow = Follow::kMesh;
-  /// Only triangles of these regions, their corners, and constrained edges between such corners.
-  /// Empty: all.
+  /// Only triangles of these regions, their corners, and constrained edges between such corners;
+  /// Subscription::absent_region_tags tells which are not there. Empty: all.
   std::vector<std::int32_t> region_tags = {};
   /// How long to try to take up a lost connection. 0: not at all.
   std::chrono::milliseconds reconnect_max{60'000};
@@ -41,6 +41,10 @@ class Subscription {
   Subscription& operator=(const Subscription&) = delete;
 
   [[nodiscard]] const MeshReplica& replica() const;
+
+  /// Those of SubscribeOptions::region_tags that no triangle had at the last change: not there yet,
+  /// any more, or at all.
+  [[nodiscard]] const std::vector<std::int32_t>& absent_region_tags() const;
 
   /// Waits for the next change, applies it to the replica and returns it; a base_revision of 0
   /// means that it is the whole mesh. A lost connection is taken up again, with pauses that grow

@@ -3,9 +3,11 @@
 #include <grpcpp/grpcpp.h>
 
 #include <condition_variable>
+#include <cstdint>
 #include <memory>
 #include <mutex>
 #include <string>
+#include <vector>
 
 #include "client/cpp/backoff.h"
 #include "client/cpp/connection.h"
@@ -27,6 +29,9 @@ class Subscription::Impl {
   Result<MeshDiff> Next();
   void Cancel();
   [[nodiscard]] const MeshReplica& replica() const { return replica_; }
+  [[nodiscard]] const std::vector<std::int32_t>& absent_region_tags() const {
+    return absent_region_tags_;
+  }
 
  private:
   void Connect();
@@ -41,6 +46,7 @@ class Subscription::Impl {
   std::string session_id_;
   SubscribeOptions options_;
   MeshReplica replica_;
+  std::vector<std::int32_t> absent_region_tags_;
   std::unique_ptr<grpc::ClientReader<v1::SubscribeResponse>> stream_;
   std::unique_ptr<wire::ColumnReader> reader_;
 

@@ -96,6 +96,9 @@ TEST(MeshView, ShowsWhatAFilterOfTheWholeMeshShows) {
         for (Watcher& watcher : watchers) {
           ASSERT_EQ(watcher.Follow(waiting, snapshot), "");
           ASSERT_TRUE(watcher.mirror == Filtered(whole, watcher.spec));
+          ASSERT_EQ(watcher.view.AbsentTags(), watcher.spec.region_tags == std::vector{99}
+                                                   ? std::vector{99}
+                                                   : std::vector<std::int32_t>{});
         }
         waiting = {};
       }
@@ -149,6 +152,7 @@ TEST(MeshView, AsksForASnapshotWhereTheDiffDoesNotTellAll) {
   later.revision = Revision(2);
   EXPECT_EQ(watcher.Follow(Repainted(2), later), "");
   EXPECT_EQ(watcher.snapshot_count, 1) << "nobody said where vertex 0 is";
+  EXPECT_TRUE(watcher.view.AbsentTags().empty());
   EXPECT_EQ(watcher.mirror.vertices.size(), 4U);
   EXPECT_EQ(watcher.mirror.edges.size(), 2U);
 
@@ -167,10 +171,12 @@ TEST(MeshView, AsksForASnapshotWhereTheDiffDoesNotTellAll) {
 }
 
 TEST(MeshView, TellsWhatLeavesIt) {
-  Watcher watcher({.region_tags = {1}});
+  Watcher watcher({.region_tags = {1, 4}});
   ASSERT_EQ(watcher.Follow(TwoTriangles(1), {}), "");
   ASSERT_EQ(watcher.mirror.triangles.size(), 1U);
+  EXPECT_EQ(watcher.view.AbsentTags(), std::vector{4});
   EXPECT_EQ(watcher.Follow(Repainted(3), {}), "");
+  EXPECT_EQ(watcher.view.AbsentTags(), (std::vector{1, 4}));
   EXPECT_TRUE(watcher.mirror.triangles.empty());
   EXPECT_TRUE(watcher.mirror.vertices.empty());
   EXPECT_TRUE(watcher.mirror.edges.empty());

@@ -141,7 +141,8 @@ class Client(jobs.JobCalls, files.FileCalls):
             with_metric: bring the metric that the mesh follows too.
             reconnect_s: how long to try to take up a lost connection.
             region_tags: only triangles of these regions, their corners, and constrained edges
-                between such corners. Default: all.
+                between such corners. One that no triangle has is no mistake, as it may come with
+                another domain: `Subscription.absent_region_tags` names it. Default: all.
             only_vertices: neither triangles nor edges: points that move, come and go.
 
         Raises (at the first change):

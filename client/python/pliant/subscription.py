@@ -2,7 +2,7 @@
 
 import math
 import time
-from typing import Optional
+from typing import Optional, Tuple
 
 from pliant import arrays, backoff, calls, errors, replica
 from pliant.v1 import session_pb2
@@ -31,6 +31,7 @@ class Subscription:
         self._wanted = request
         self._reconnect_s = reconnect_s
         self._mirror = replica.Replica()
+        self._absent_region_tags: Tuple[int, ...] = ()
         self._is_closed = False
         # While the connection is lost: its outage, and when to connect again.
         self._outage, self._next_try = backoff.Outage(reconnect_s), 0.0
@@ -48,6 +49,12 @@ class Subscription:
             raise errors.FailedPrecondition("REVISION_NOT_FOUND",
                                             "no mesh has come yet; wait for a change")
         return self._mirror.view()
+
+    @property
+    def absent_region_tags(self) -> Tuple[int, ...]:
+        """Those of the `region_tags` asked for that no triangle had at the last change: not there
+        yet, any more, or at all. If it names all of them, `mesh` is empty."""
+        return self._absent_region_tags
 
     def next(self, timeout_s: Optional[float] = None) -> Optional[replica.Change]:
         """The next change, applied to `mesh`; None if none comes within `timeout_s`.
@@ -150,6 +157,7 @@ class Subscription:
             return None
         change = replica.change_from_wire(getattr(response, event), self._blobs,
                                           is_snapshot=event == "snapshot")
+        self._absent_region_tags = tuple(response.absent_region_tags)
         try:
             self._mirror.apply(change)
         except errors.ReplicaMismatch:

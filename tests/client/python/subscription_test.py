@@ -69,6 +69,23 @@ def test_it_follows_parts_of_the_mesh(client):
             assert len(points.mesh.triangles) == len(points.mesh.edges) == 0
 
 
+def test_it_tells_which_regions_are_not_there(client):
+    square = dict(points=[[0, 0], [1, 0], [1, 1], [0, 1]],
+                  segments=[[0, 1], [1, 2], [2, 3], [3, 0]])
+    tagged = [pliant.Domain(**square, regions=[[0.5, 0.5, tag]]) for tag in (1, 7)]
+    with client.create_session(domain=tagged[0], metric=pliant.metric.size(0.3)) as session, \
+            client.subscribe(session.session_id, region_tags=[9, 7, 1, 7]) as some, \
+            client.subscribe(session.session_id, region_tags=[7]) as later:
+        assert later.absent_region_tags == ()
+        next(some), next(later)
+        assert (some.absent_region_tags, later.absent_region_tags) == ((7, 9), (7,))
+        assert len(later.mesh.triangles) == 0
+        session.replace_domain(tagged[1])
+        next(some), next(later)
+        assert (some.absent_region_tags, later.absent_region_tags) == ((1, 9), ())
+        assert later.mesh.state_hash == session.mesh.state_hash
+
+
 def test_one_who_comes_late_gets_everything_at_once(client, session):
     with client.subscribe(session.session_id) as follower:
         next(follower)
