@@ -20,6 +20,11 @@ Status Named(const Status& status, const std::string& field) {
   return error;
 }
 
+// Elements of the mesh, by their slots: clients know them by these names.
+bool IsElements(const std::string& field) {
+  return field == "vertices" || field == "edges" || field == "triangles";
+}
+
 // The same for motions, whose fields in the core are those of MotionRequest.
 Status NamedBy(const Status& status, const std::string& update) {
   if (status.ok()) return status;
@@ -35,7 +40,7 @@ Status NamedBy(const Status& status, const std::string& update) {
     error.field = update + ".tags";
   } else if (field == "motion.follow_length") {
     error.field = update + ".metric_follow_length";
-  } else {
+  } else if (!IsElements(field)) {
     error.field = update;
   }
   return error;

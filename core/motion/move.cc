@@ -99,7 +99,7 @@ class Motion final : public MeshChange {
               << " meet";
     }
     message << "; send a motion that avoids this, or ask to stop there";
-    Error error{ErrorCode::kCrossingSegments, message.str(), "motion"};
+    Error error{ErrorCode::kCrossingSegments, message.str(), edges_meet ? "edges" : "motion"};
     error.index = report_.first_edge.value();
     error.other_index = report_.second_edge.value();
     return error;

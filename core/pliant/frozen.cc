@@ -96,12 +96,13 @@ std::vector<IdType> Mark(MeshEdit& edit, const std::vector<IdType>& now,
   return thawed;
 }
 
-Error Changed(const std::string& what, std::int32_t slot) {
+/// @param elements  "vertices", "edges" or "triangles", as the error's field names them
+Error Changed(const std::string& what, const std::string& elements, std::int32_t slot) {
   return {ErrorCode::kFrozen,
           what + " " + std::to_string(slot) +
               " is frozen and would be changed: lift that constraint first, or ask for something "
               "that leaves it alone",
-          {}};
+          elements, slot};
 }
 
 bool SameBits(Vec2 a, Vec2 b) {
@@ -158,18 +159,19 @@ Status CheckFrozenKept(const Mesh& mesh, const ChangeLog& log) {
   for (const auto& [id, old] : log.vertices) {
     if (!old.live || !old.frozen) continue;
     const VertexRecord& now = mesh.vertex(id);
-    if (!now.live || !SameBits(now.position, old.position)) return Changed("vertex", id.value());
+    if (!now.live || !SameBits(now.position, old.position))
+      return Changed("vertex", "vertices", id.value());
   }
   for (const auto& [id, old] : log.edges) {
     if (!old.live || !old.frozen) continue;
     const EdgeRecord& now = mesh.edge(id);
-    if (!now.live || now.vertices != old.vertices) return Changed("edge", id.value());
+    if (!now.live || now.vertices != old.vertices) return Changed("edge", "edges", id.value());
   }
   for (const auto& [id, old] : log.triangles) {
     if (!old.live || !old.frozen) continue;
     const TriangleRecord& now = mesh.triangle(id);
     if (!now.live || now.vertices != old.vertices || now.region != old.region) {
-      return Changed("triangle", id.value());
+      return Changed("triangle", "triangles", id.value());
     }
   }
   return {};

@@ -199,6 +199,9 @@ TEST(StagedEngine, RefusesMotionsInTheWordsOfTheRequest) {
       {"motion.positions", "boundary.vertices.positions"},
       {"motion.tags", "boundary.tags"},
       {"motion.follow_length", "boundary.metric_follow_length"},
+      {"vertices", "vertices"},
+      {"edges", "edges"},
+      {"triangles", "triangles"},
       {"motion", "boundary"}};
   for (const auto& [inside, outside] : names) {
     f.script->update_error = Error{ErrorCode::kNotFinite, "no", inside, 3};

@@ -18,7 +18,8 @@ class Error(Exception):
         code: the precise cause, e.g. "CROSSING_SEGMENTS". Names never change; new ones may come.
         message: what was wrong, where, what was expected, what to do; for people.
         field: the offending argument, e.g. "domain.segments"; "" if there is none.
-        index: first offending row of that argument, or position in an expression; -1 if none.
+        index: first offending row of that argument, or position in an expression; where `field` is
+            "vertices", "edges" or "triangles", the slot of such an element; -1 if none.
         other_index: the second row where two clash (the other crossing segment); -1 if none.
         reference: for bugs of the server (code INTERNAL), what to quote in a report; else "".
         retry_after_ms: when trying again makes sense, in ms from now; 0 if that is not known.

@@ -164,8 +164,9 @@ class Session:
             advance: how long the loop may run. Default: until converged.
 
         Raises:
-            InvalidInput: CROSSING_SEGMENTS if boundaries would cross (`index` and `other_index`:
-                the constrained edges that meet), INDEX_OUT_OF_RANGE, NOT_FINITE and so on.
+            InvalidInput: CROSSING_SEGMENTS if boundaries would cross (`field` "edges", `index` and
+                `other_index`: the slots of the constrained edges that meet, entries of
+                `mesh.edge_ids`), INDEX_OUT_OF_RANGE, NOT_FINITE and so on.
         """
         with self._lock:
             command = motion.boundary_command(self._seen_revision(), motions, positions, vertex_ids,

@@ -328,7 +328,9 @@ TEST_F(LiveServer, WhatIsFrozenStaysWhileTheBoundaryMoves) {
   ASSERT_TRUE(report.ok()) << report.error().message;
   EXPECT_EQ(session->replica().positions()[corner.index()], place);
   const Vec2 elsewhere{place.x - 0.01, place.y};
-  EXPECT_EQ(session->MoveNodes({&corner, 1}, {&elsewhere, 1}).error().code, ErrorCode::kFrozen);
+  const Status refused = session->MoveNodes({&corner, 1}, {&elsewhere, 1});
+  EXPECT_EQ(refused.error().code, ErrorCode::kFrozen);
+  EXPECT_EQ(refused.error().field + std::to_string(refused.error().index), "vertices0");
   ASSERT_TRUE(session->Discard().ok());
   ASSERT_TRUE(session->Freeze({}).ok());
   ASSERT_TRUE(session->MoveNodes({&corner, 1}, {&elsewhere, 1}).ok());

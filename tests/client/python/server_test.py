@@ -375,3 +375,4 @@ def test_nodes_move_where_they_are_told_to(session):
         check_same(session.mesh, mesh)
     with pytest.raises(pliant.errors.InvalidInput):
         session.move_boundary()
+        assert refused.value.field == "edges" and refused.value.index in before.edge_ids

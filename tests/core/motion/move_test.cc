@@ -244,6 +244,8 @@ TEST(Move, ABodySlidesAlongAWall) {
   const auto refused = MoveOnly(*remesher, too_far);
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kCrossingSegments);
+  EXPECT_EQ(refused.error().field, "edges") << "which is what the index counts";
+  EXPECT_GE(refused.error().index, 0);
 }
 
 TEST(Move, ABarIsBentByAHalfTurn) {

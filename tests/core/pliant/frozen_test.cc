@@ -326,6 +326,9 @@ TEST(Frozen, AMotionOfWhatIsFrozenIsRefused) {
   ASSERT_FALSE(refused.ok());
   EXPECT_EQ(refused.error().code, ErrorCode::kFrozen);
   EXPECT_THAT(refused.error().message, HasSubstr("frozen"));
+  EXPECT_EQ(refused.error().field, "vertices");
+  EXPECT_THAT(refused.error().message,
+              HasSubstr("vertex " + std::to_string(refused.error().index) + " "));
   EXPECT_EQ(testing::DifferenceOf(remesher->mesh(), before), "");
   request.tags = {{{4}, Translation{{-0.1, 0}}}};
   EXPECT_TRUE(MoveVertices(*remesher, request).ok());
