@@ -201,6 +201,7 @@ void WriteBody(const AdvancedEvent& advanced, const SessionEvent& event, const W
   wire.set_elapsed_us(advanced.elapsed.count());
   for (const Trouble& trouble : advanced.troubles) Write(trouble, *wire.add_troubles());
   if (advanced.motion_fraction) wire.set_motion_fraction(*advanced.motion_fraction);
+  wire.set_softened_count(advanced.softened_count);
   WriteLimits(advanced.progress.metric, wire);
   if (advanced.durable_revision) {
     wire.set_durable_revision(static_cast<std::int64_t>(*advanced.durable_revision));

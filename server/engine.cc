@@ -152,17 +152,24 @@ class RemesherEngine final : public Engine {
       const ListeningTo listening(*remesher_, budget.stop);
       const Result<SoftenReport> softened = SoftenBoundary(*remesher_);
       if (!softened.ok()) return softened.error();
+      softened_count_ += softened->softened_count;
     }
     return remesher_->Step(budget);
   }
+  std::int64_t softened_count() const override { return softened_count_; }
   MeshDiff Commit() override {
+    softened_count_ = 0;
     MeshDiff diff = remesher_->Commit();
     diff.transfer.reset();  // Where fields were carried they were made, but nobody asked.
     return diff;
   }
-  MeshDiff CommitAndTransfer() override { return remesher_->CommitAndTransfer(); }
+  MeshDiff CommitAndTransfer() override {
+    softened_count_ = 0;
+    return remesher_->CommitAndTransfer();
+  }
   void Rollback() override {
     has_updates_ = has_new_domain_ = false;
+    softened_count_ = 0;
     remesher_->Rollback();
   }
   MeshDiff Snapshot() const override {
@@ -203,6 +210,7 @@ class RemesherEngine final : public Engine {
   ThreadPool* const threads_;
   bool has_updates_ = false;     // Of metric or geometry, since the last step.
   bool has_new_domain_ = false;  // Likewise.
+  std::int64_t softened_count_ = 0;
 };
 
 }  // namespace

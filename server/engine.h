@@ -92,6 +92,8 @@ class Engine {
   virtual Status SetOptions(const Options& options);
   [[nodiscard]] virtual Options options() const { return {}; }
   virtual Result<Progress> Step(const Budget& budget) = 0;
+  /// As SoftenReport::softened_count, in the steps since the last commit.
+  [[nodiscard]] virtual std::int64_t softened_count() const { return 0; }
   /// Without transfer rows, whose price is a third of a small commit.
   virtual MeshDiff Commit() = 0;
   /// With them; an engine that has none commits all the same.

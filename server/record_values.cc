@@ -16,7 +16,12 @@ namespace pliant::server {
 namespace {
 
 // Numbers of answers are part of the format.
-enum class AnswerKind : std::uint8_t { kAccepted = 1, kRejected = 2, kAdvanced = 3 };
+enum class AnswerKind : std::uint8_t {
+  kAccepted = 1,
+  kRejected = 2,
+  kAdvanced = 3,
+  kSoftened = 4,  // kAdvanced with a count of softened corners, which came later.
+};
 /// Beside the kind: the update's fingerprint follows. Older answers have none.
 constexpr std::uint8_t kHasFingerprint = 0x80;
 
@@ -141,9 +146,10 @@ void PutAdvanced(const AdvancedEvent& advanced, ByteWriter& writer) {
   writer.Put(advanced.motion_fraction.value_or(0));
   writer.Put(static_cast<std::int64_t>(advanced.compute.count()));
   writer.Put(static_cast<std::int64_t>(advanced.elapsed.count()));
+  if (advanced.softened_count > 0) writer.Put(advanced.softened_count);
 }
 
-AdvancedEvent TakeAdvanced(ByteReader& reader) {
+AdvancedEvent TakeAdvanced(AnswerKind kind, ByteReader& reader) {
   AdvancedEvent advanced;
   advanced.base_revision = Revision(reader.Take<std::int64_t>());
   advanced.summary = ReadSummary(reader);
@@ -162,13 +168,15 @@ AdvancedEvent TakeAdvanced(ByteReader& reader) {
   if (has_fraction) advanced.motion_fraction = fraction;
   advanced.compute = std::chrono::microseconds(reader.Take<std::int64_t>());
   advanced.elapsed = std::chrono::microseconds(reader.Take<std::int64_t>());
+  if (kind == AnswerKind::kSoftened) advanced.softened_count = reader.Take<std::int64_t>();
   return advanced;
 }
 
 AnswerKind KindOf(const SessionEvent& event) {
   if (std::holds_alternative<AcceptedEvent>(event.body)) return AnswerKind::kAccepted;
   if (std::holds_alternative<RejectedEvent>(event.body)) return AnswerKind::kRejected;
-  return AnswerKind::kAdvanced;
+  const bool softened = std::get<AdvancedEvent>(event.body).softened_count > 0;
+  return softened ? AnswerKind::kSoftened : AnswerKind::kAdvanced;
 }
 
 void PutAnswerKind(const SessionEvent& event, const Fingerprint& update, ByteWriter& writer) {
@@ -213,7 +221,8 @@ UpdateAnswer TakeAnswer(ByteReader& reader) {
   event.revision = Revision(reader.Take<std::int64_t>());
   const auto kind = reader.Take<std::uint8_t>();
   if ((kind & kHasFingerprint) != 0) answer.update = TakeFingerprint(reader);
-  switch (static_cast<AnswerKind>(kind & ~kHasFingerprint)) {
+  const auto answer_kind = static_cast<AnswerKind>(kind & ~kHasFingerprint);
+  switch (answer_kind) {
     case AnswerKind::kAccepted:
       event.body = AcceptedEvent{.staged_count = reader.Take<std::int32_t>()};
       break;
@@ -221,7 +230,8 @@ UpdateAnswer TakeAnswer(ByteReader& reader) {
       event.body = RejectedEvent{TakeError(reader)};
       break;
     case AnswerKind::kAdvanced:
-      event.body = TakeAdvanced(reader);
+    case AnswerKind::kSoftened:
+      event.body = TakeAdvanced(answer_kind, reader);
       break;
     default:
       reader.Fail();

@@ -213,6 +213,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     Progress progress;                      // Since the last commit...
     LoopCounts committed_counts;            // ...and what this advance has committed before.
     std::optional<double> motion_fraction;  // Of the motions that were staged for it.
+    std::int64_t softened_count = 0;
     Clock::Time last_progress;
     Clock::Time last_commit;
   };

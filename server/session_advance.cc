@@ -55,6 +55,7 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
                             .progress = {},
                             .committed_counts = {},
                             .motion_fraction = engine_->motion_fraction(),
+                            .softened_count = 0,
                             .last_progress = now,
                             .last_commit = now};
   const std::lock_guard lock(mutex_);
@@ -88,6 +89,7 @@ bool Session::ContinueAdvance(Clock::Time slice_end) {
       return true;
     }
     advance.progress = *result;
+    advance.softened_count = std::max(advance.softened_count, engine_->engine().softened_count());
     if (advance.progress.stop_reason == StopReason::kCancelled && !stop_work_.asked()) {
       advance.progress.stop_reason = StopReason::kVisitBudget;  // It was the deadline, see below.
     }
@@ -226,6 +228,7 @@ void Session::FinishAdvance(AdvanceEnd end) {
       .troubles = std::move(troubles),
       .end = end,
       .motion_fraction = advance.motion_fraction,
+      .softened_count = advance.softened_count,
       .durable_revision = DurableRevision(),
       .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute),
       .elapsed = std::chrono::duration_cast<std::chrono::microseconds>(now - advance.begin)};

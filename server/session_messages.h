@@ -238,6 +238,7 @@ struct AdvancedEvent {
   std::vector<Trouble> troubles = {};  // Of a mesh that has come to rest.
   AdvanceEnd end = AdvanceEnd::kEngine;
   std::optional<double> motion_fraction = {};     ///< Absent if nothing was to move.
+  std::int64_t softened_count = 0;                ///< Corners, as in SoftenReport.
   std::optional<Revision> durable_revision = {};  ///< Greatest one; absent without a journal.
   std::chrono::microseconds compute{0};
   std::chrono::microseconds elapsed{0};

@@ -379,6 +379,10 @@ Result<Quality> FromWire(const v1::QualityReport& report) {
 }
 
 AdvanceReport FromWire(const v1::AdvanceResult& result) {
+  std::optional<double> motion_fraction;
+  if (result.has_motion_fraction()) motion_fraction = result.motion_fraction();
+  std::optional<Revision> durable_revision;
+  if (result.has_durable_revision()) durable_revision = Revision{result.durable_revision()};
   std::vector<Trouble> troubles;
   for (const v1::Trouble& trouble : result.troubles()) troubles.push_back(TroubleFrom(trouble));
   return {.base_revision = Revision{result.base_revision()},
@@ -392,6 +396,9 @@ AdvanceReport FromWire(const v1::AdvanceResult& result) {
           .deletions = result.deletion_count(),
           .swaps = result.swap_count(),
           .cooled_count = result.cooled_count(),
+          .softened_count = result.softened_count(),
+          .motion_fraction = motion_fraction,
+          .durable_revision = durable_revision,
           .troubles = std::move(troubles),
           .metric = MetricReportFrom(result),
           .compute_time = microseconds(result.compute_us()),

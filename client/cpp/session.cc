@@ -33,6 +33,8 @@ AdvanceReport Joined(const AdvanceReport& first, AdvanceReport rest) {
   rest.deletions += first.deletions;
   rest.swaps += first.swaps;
   rest.cooled_count += first.cooled_count;
+  rest.softened_count += first.softened_count;
+  if (!rest.motion_fraction) rest.motion_fraction = first.motion_fraction;
   rest.compute_time += first.compute_time;
   rest.elapsed_time += first.elapsed_time;
   return rest;

@@ -134,6 +134,12 @@ struct AdvanceReport {
   std::int64_t swaps = 0;
   /// Vertices that came to rest by their age alone: spots where the metric cannot be met.
   std::int64_t cooled_count = 0;
+  /// Corners that Options::boundary_tolerance let go: they are vertices of a side now, or gone.
+  std::int64_t softened_count = 0;
+  /// Share of the motion that was done, 0 to 1; absent if nothing was to move.
+  std::optional<double> motion_fraction = {};
+  /// Greatest revision on the server's disk; absent if the session is kept in memory only.
+  std::optional<Revision> durable_revision = {};
   /// Where the metric is not met, among what changed; empty while vertices are active.
   std::vector<Trouble> troubles = {};
   /// What limits made of the metric; `changed_count` stays on the server.

@@ -283,6 +283,19 @@ TEST(Convert, ReadsTroubles) {
   EXPECT_EQ(kind(v1::TROUBLE_KIND_UNSETTLED), TroubleKind::kUnsettled);
 }
 
+TEST(Convert, ReadsWhatOnlySomeAdvancesTell) {
+  v1::AdvanceResult result;
+  EXPECT_EQ(FromWire(result).motion_fraction, std::nullopt);
+  EXPECT_EQ(FromWire(result).durable_revision, std::nullopt);
+  result.set_motion_fraction(0.5);
+  result.set_durable_revision(0);
+  result.set_softened_count(3);
+  const AdvanceReport report = FromWire(result);
+  EXPECT_EQ(report.motion_fraction, 0.5);
+  EXPECT_EQ(report.durable_revision, Revision::kNone);
+  EXPECT_EQ(report.softened_count, 3);
+}
+
 TEST(Convert, StopReasonsKeepTheirMeaning) {
   const auto stop = [](v1::StopReason reason) {
     v1::AdvanceResult result;

@@ -96,6 +96,7 @@ TEST(ConvertReply, WritesEveryNumberOfAnAdvance) {
                                           .q_min = 28,
                                           .length_min = 29,
                                           .length_max = 30}},
+                            .softened_count = 31,
                             .compute = std::chrono::microseconds(17),
                             .elapsed = std::chrono::microseconds(18)}};
   const v1::EditResponse response = ToEditResponse(event, {});
@@ -114,6 +115,7 @@ TEST(ConvertReply, WritesEveryNumberOfAnAdvance) {
   EXPECT_EQ(result.deletion_count(), 14);
   EXPECT_EQ(result.swap_count(), 15);
   EXPECT_EQ(result.cooled_count(), 16);
+  EXPECT_EQ(result.softened_count(), 31);
   EXPECT_EQ(result.compute_us(), 17);
   EXPECT_EQ(result.elapsed_us(), 18);
   ASSERT_EQ(result.troubles_size(), 1);

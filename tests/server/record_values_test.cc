@@ -42,6 +42,7 @@ UpdateAnswer AdvancedAnswer() {
                         .length_max = 9}};
   advanced.end = AdvanceEnd::kServerClosing;
   advanced.motion_fraction = 0.5;
+  advanced.softened_count = 13;
   advanced.compute = std::chrono::microseconds(11);
   advanced.elapsed = std::chrono::microseconds(12);
   return {.event = {.update_id = 41, .revision = Revision(4), .body = advanced},
@@ -74,8 +75,24 @@ TEST(RecordValues, KeepsAdvancedAnswers) {
   EXPECT_EQ(trouble.length_max, 9);
   EXPECT_EQ(advanced.end, AdvanceEnd::kServerClosing);
   EXPECT_EQ(advanced.motion_fraction, 0.5);
+  EXPECT_EQ(advanced.softened_count, 13);
   EXPECT_EQ(advanced.compute.count(), 11);
   EXPECT_EQ(advanced.elapsed.count(), 12);
+}
+
+// Goal: one without softened corners is written as it was before there were any.
+TEST(RecordValues, KeepsAdvancedAnswersWithoutSoftenedCorners) {
+  UpdateAnswer answer = AdvancedAnswer();
+  ByteWriter writer;
+  PutAnswer(answer, writer);
+  const std::size_t bytes = std::move(writer).Take().size();
+  std::get<AdvancedEvent>(answer.event.body).softened_count = 0;
+  ByteWriter shorter;
+  PutAnswer(answer, shorter);
+  EXPECT_EQ(std::move(shorter).Take().size(), bytes - sizeof(std::int64_t));
+  const UpdateAnswer again = Again(answer, PutAnswer, TakeAnswer);
+  EXPECT_EQ(std::get<AdvancedEvent>(again.event.body).softened_count, 0);
+  EXPECT_EQ(std::get<AdvancedEvent>(again.event.body).elapsed.count(), 12);
 }
 
 TEST(RecordValues, KeepsOtherAnswers) {

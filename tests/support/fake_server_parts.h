@@ -45,6 +45,7 @@ struct FakeEngineScript {
   std::function<void()> during_step = {};
   std::function<void()> during_troubles = {};  ///< Called when troubles are looked for.
   double motion_fraction = 1;                  ///< What a motion reaches.
+  std::int64_t softened_count = 0;             ///< Of every revision.
   int measurement_part_count = 1;
   std::function<void()> during_measurement = {};  ///< Called in each part of a measurement.
   bool throw_in_step = false;
@@ -157,6 +158,7 @@ class FakeEngine final : public Engine {
     progress.stop_reason = work_ == 0 ? StopReason::kConverged : StopReason::kVisitBudget;
     return progress;
   }
+  std::int64_t softened_count() const override { return script_->softened_count; }
   TroubleSearch WhereTroublesMayBe() const override {
     return {.changed = std::vector<VertexId>(static_cast<std::size_t>(visits_)), .context = {}};
   }

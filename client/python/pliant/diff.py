@@ -99,9 +99,13 @@ class Diff(Change):
         active_count: vertices that the loop has not finished; 0 if converged.
         visit_count, move_count, insertion_count, deletion_count, swap_count: work of the loop.
         cooled_count: vertices that came to rest by their age alone: the metric cannot be met there.
+        softened_count: corners that the option `boundary_tolerance` let go: they are vertices of a
+            side now, or gone.
         troubles: tuple of Trouble, the places where the metric is not met among what changed, the
             largest first; empty while vertices are active.
         motion_fraction: share of the motion that was done, 0 to 1; None if nothing was to move.
+        durable_revision: greatest revision that is on the server's disk; None if the session is
+            kept in memory only.
         limits: what limits did to the metric, by stage ("GEOMETRY", "ROTATION", "GRADATION"); a
             stage that changed nothing is absent.
         compute_us: time of the loop and the commit in the core, microseconds; without what was
@@ -117,8 +121,10 @@ class Diff(Change):
     deletion_count: int
     swap_count: int
     cooled_count: int
+    softened_count: int
     troubles: tuple
     motion_fraction: Optional[float]
+    durable_revision: Optional[int]
     compute_us: int
     elapsed_us: int
     limits: "dict[str, LimitReport]"
@@ -171,8 +177,10 @@ def make_diff(change: Change, advanced) -> Diff:
         active_count=advanced.active_count, visit_count=advanced.visit_count,
         move_count=advanced.move_count, insertion_count=advanced.insertion_count,
         deletion_count=advanced.deletion_count, swap_count=advanced.swap_count,
-        cooled_count=advanced.cooled_count, troubles=tuple(map(make_trouble, advanced.troubles)),
-        motion_fraction=advanced.motion_fraction if advanced.HasField("motion_fraction") else None,
+        cooled_count=advanced.cooled_count, softened_count=advanced.softened_count,
+        troubles=tuple(map(make_trouble, advanced.troubles)),
+        motion_fraction=_optional(advanced, "motion_fraction"),
+        durable_revision=_optional(advanced, "durable_revision"),
         compute_us=advanced.compute_us,
         elapsed_us=advanced.elapsed_us,
         limits={_stage(report): LimitReport(
@@ -180,6 +188,10 @@ def make_diff(change: Change, advanced) -> Diff:
             worst_vertex_id=report.worst_vertex_id,
             complexity_before=report.complexity_before,
             complexity_after=report.complexity_after) for report in advanced.limits})
+
+
+def _optional(message, name: str):
+    return getattr(message, name) if message.HasField(name) else None
 
 
 def _stage(report) -> str:

@@ -43,7 +43,7 @@ def test_the_option_changes_later_and_is_checked(client):
     with client.create_session(domain=pliant.Domain(**DISC),
                                metric=pliant.metric.size("0.4")) as session:
         ids = session.mesh.vertex_ids.copy()
-        assert len(session.mesh.edges) == 40
+        assert len(session.mesh.edges) == 40 and session.last_diff.softened_count == 0
         with pytest.raises(pliant.InvalidInput) as caught:
             session.set_options(boundary_tolerance=-1)
         assert caught.value.code == "OUT_OF_RANGE"
@@ -52,4 +52,5 @@ def test_the_option_changes_later_and_is_checked(client):
         moved = session.mesh.points + [0.5, 0]
         diff = session.move_nodes(moved)
         assert len(session.mesh.edges) < 30
+        assert diff.softened_count >= 10
         assert set(diff.removed_vertices) <= set(ids)
