@@ -198,6 +198,7 @@ grpc::ServerBidiReactor<v1::EditRequest, v1::EditResponse>* SessionServiceImpl::
                             .tenant = context_.access->TenantOf(*call),
                             .calls = context_.calls,
                             .log = context_.session.log,
+                            .clock = context_.session.clock,
                             .limits = context_.limits,
                             .request_id = RequestIdOf(*call)});
 }

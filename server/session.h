@@ -323,6 +323,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   std::weak_ptr<Editor> opened_;        // Who has been told where the session is, and hears news.
   bool editor_wants_transfer_ = false;  // The last one: it may come back for what it missed.
   std::optional<RunningAdvance> advance_;
+  Clock::Time last_advance_end_{};
   // What is being handled, so that a bug in it is answered too.
   std::shared_ptr<Editor> current_editor_;
   std::int64_t current_update_id_ = 0;

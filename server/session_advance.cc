@@ -47,10 +47,12 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
     return;
   }
   const Clock::Time now = environment_.clock->Now();
+  // Its time runs from when it came, not from when what was sent with it is staged: for its client
+  // both are one step, which has one deadline. The advance before it has a time of its own.
   advance_ = RunningAdvance{.editor = editor,
                             .update_id = update_id,
                             .spec = spec,
-                            .begin = now,
+                            .begin = std::clamp(spec.arrival.value_or(now), last_advance_end_, now),
                             .base_revision = revision_,
                             .progress = {},
                             .committed_counts = {},
@@ -232,6 +234,7 @@ void Session::FinishAdvance(AdvanceEnd end) {
       .durable_revision = DurableRevision(),
       .compute = std::chrono::duration_cast<std::chrono::microseconds>(advance.compute),
       .elapsed = std::chrono::duration_cast<std::chrono::microseconds>(now - advance.begin)};
+  last_advance_end_ = now;
   environment_.log->Info("commit", {{"session", session_id_},
                                     {"update", std::to_string(advance.update_id)},
                                     {"revision", RevisionText(revision_)},
@@ -252,6 +255,7 @@ void Session::FailAdvance(const Error& error) {
     running_update_id_ = 0;
     stop_work_.Set(false);
   }
+  last_advance_end_ = environment_.clock->Now();
   const Status status = engine_->Discard();
   PLIANT_CHECK(status.ok(), "discard", status.ok() ? "" : status.error().message);
   Reject(advance.editor, advance.update_id, error, StageEffect::kEmptied);

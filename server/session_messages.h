@@ -17,6 +17,7 @@
 #include "core/metric/metric_spec.h"
 #include "core/motion/motion.h"
 #include "core/pliant/remesher.h"
+#include "server/clock.h"
 #include "server/engine.h"
 
 /// What goes into a session and what comes out of it, in core types: a session knows nothing of
@@ -151,6 +152,7 @@ struct AdvanceSpec {
   std::optional<std::chrono::milliseconds> time_max = {};
   std::optional<std::chrono::milliseconds> progress_interval = {};
   std::optional<std::chrono::milliseconds> commit_interval = {};
+  std::optional<Clock::Time> arrival = {};  ///< At the server; absent: when its turn comes.
 };
 
 /// An update or advance that could not be converted: it comes all the same, so that its refusal

@@ -201,6 +201,9 @@ Result<std::optional<SessionCommand>> EditStream::Handle(v1::EditRequest& reques
                                                        .fingerprint = {.kind = KindOf(request)}});
   }
   UpdateCommand command = ConvertUpdate(request, environment_.limits);
+  if (auto* advance = std::get_if<AdvanceSpec>(&command.body)) {
+    advance->arrival = environment_.clock->Now();
+  }
   command.fingerprint = FingerprintOf(request);
   if (session->is_stored() && !request.has_advance()) command.form = FormOf(request);
   return std::optional<SessionCommand>(std::move(command));

@@ -41,6 +41,7 @@ class EditStream final : public grpc::ServerBidiReactor<v1::EditRequest, v1::Edi
     std::optional<std::string> tenant = {};  ///< Of the caller; nothing: refused.
     CallCounter* calls = nullptr;
     const Log* log = nullptr;
+    const Clock* clock = nullptr;
     RequestLimits limits = {};
     std::string request_id;
   };

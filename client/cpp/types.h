@@ -91,9 +91,11 @@ struct SessionInfo {
 
 /// How far one advance may go. Without limits it runs until converged.
 struct AdvanceOptions {
-  std::optional<std::int64_t> visits_max = {};             ///< > 0.
-  std::optional<std::chrono::milliseconds> time_max = {};  ///< > 0; from when the server starts.
-  std::chrono::milliseconds progress_interval{100};        ///< >= 10 ms; only with a callback.
+  std::optional<std::int64_t> visits_max = {};  ///< > 0.
+  /// > 0; from when the server has the advance, so also for what is staged and sent with it. A
+  /// first step is made in any case.
+  std::optional<std::chrono::milliseconds> time_max = {};
+  std::chrono::milliseconds progress_interval{100};  ///< >= 10 ms; only with a callback.
   /// Commits an unfinished revision this often, >= 10 ms, so that replica and subscribers follow
   /// while the loop runs; less often if they do not keep up. Absent: one revision, at the end.
   std::optional<std::chrono::milliseconds> commit_interval = {};
@@ -145,7 +147,7 @@ struct AdvanceReport {
   /// What limits made of the metric; `changed_count` stays on the server.
   MetricReport metric = {};
   std::chrono::microseconds compute_time{0};  ///< Of loop and commit in the core, without staging.
-  std::chrono::microseconds elapsed_time{0};  ///< From receipt to commit, on the server.
+  std::chrono::microseconds elapsed_time{0};  ///< From receipt to answer, on the server.
 };
 
 }  // namespace pliant::client

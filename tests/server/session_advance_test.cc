@@ -41,5 +41,42 @@ TEST(SessionAdvance, CommitsOnTheWayIfAskedTo) {
   }
 }
 
+// Goal: a deadline counts from when the advance came, so that it holds for what was sent with it
+// too, but not from before the advance ahead of it has ended; a first step is made in any case.
+TEST(SessionAdvance, ItsTimeCountsFromWhenItCame) {
+  using std::chrono::milliseconds;
+  SessionHarness harness({.visits_needed = 100'000});
+  harness.script->clock = &harness.clock;
+  const Clock::Time arrival = harness.clock.Now();
+  // Staging takes 20 ms, a step of 1,000 visits 1 ms.
+  harness.script->during_update = [&] { harness.clock.Advance(milliseconds(20)); };
+  const AdvanceSpec spec{.time_max = milliseconds(30), .arrival = arrival};
+  const AdvanceSpec late{.time_max = milliseconds(10), .arrival = arrival + milliseconds(30)};
+  const auto editor = harness.Edit({OpenCommand{}, SessionHarness::MetricAtTime(1, 1),
+                                    SessionHarness::AdvanceOf(2, spec),    // Until 30 ms...
+                                    SessionHarness::AdvanceOf(3, spec),    // ...60 ms...
+                                    SessionHarness::MetricAtTime(4, 2),    // ...80 ms...
+                                    SessionHarness::AdvanceOf(5, late)});  // ...and a step.
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "accepted 1", "diff 2", "advanced 2", "diff 3",
+                                         "advanced 3", "accepted 4", "diff 5", "advanced 5"));
+  std::vector<std::pair<std::int64_t, milliseconds>> visits_and_elapsed;
+  for (const SessionEvent& event : editor->events) {
+    const auto* advanced = std::get_if<AdvancedEvent>(&event.body);
+    if (advanced == nullptr) continue;
+    EXPECT_EQ(advanced->end, AdvanceEnd::kTimeBudget);
+    visits_and_elapsed.emplace_back(advanced->progress.counts.visits,
+                                    std::chrono::duration_cast<milliseconds>(advanced->elapsed));
+  }
+  EXPECT_THAT(visits_and_elapsed,
+              ElementsAre(std::pair(10'000, milliseconds(30)), std::pair(30'000, milliseconds(30)),
+                          std::pair(1000, milliseconds(21))));
+}
+
+TEST(SessionAdvance, TellsHowManyCornersWent) {
+  SessionHarness harness({.softened_count = 7});
+  const auto editor = harness.Edit({OpenCommand{}, SessionHarness::AdvanceOf(1)});
+  EXPECT_EQ(std::get<AdvancedEvent>(editor->events.back().body).softened_count, 7);
+}
+
 }  // namespace
 }  // namespace pliant::server

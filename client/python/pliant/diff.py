@@ -110,7 +110,8 @@ class Diff(Change):
             stage that changed nothing is absent.
         compute_us: time of the loop and the commit in the core, microseconds; without what was
             staged before, where motions are carried out.
-        elapsed_us: from when the server got the advance to its commit, microseconds.
+        elapsed_us: from when the server had the advance, or had ended the one before it, to its
+            answer, microseconds.
     """
 
     stop_reason: str
@@ -154,7 +155,7 @@ class Progress:
         active_count: vertices that still wait for a visit.
         visit_count: visits so far in this advance.
         vertex_count: vertices now.
-        elapsed_ms: since the server started on it.
+        elapsed_ms: since the server had it, as `Diff.elapsed_us`.
     """
 
     active_count: int

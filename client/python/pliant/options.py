@@ -28,7 +28,9 @@ class Advance:
 
     Attributes:
         visits_max: at most this many visits of vertices, > 0.
-        time_ms_max: at most this long, in ms from when the server starts on it, > 0.
+        time_ms_max: at most this long, in ms, > 0: from when the server has the advance, so that it
+            is a deadline also for what the same call sends with it. A first step is made in any
+            case.
     """
 
     visits_max: Optional[int] = None

@@ -249,7 +249,7 @@ class Session:
 
         Args:
             visits_max: at most this many visits of vertices, > 0.
-            time_ms_max: at most this long, in ms, > 0.
+            time_ms_max: at most this long, in ms from when the server has it, > 0.
             on_progress: called with a `pliant.Progress` ten times a second while the loop runs.
             commit_interval_ms: commit an unfinished revision this often, >= 10, so that `mesh` and
                 subscribers follow while the loop runs; less often if the reader does not keep up.
