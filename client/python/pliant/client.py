@@ -157,7 +157,7 @@ class Client(jobs.JobCalls, files.FileCalls):
         self._open.add(made)
         return made
 
-    def sessions(self) -> List[SessionInfo]:
+    def list_sessions(self) -> List[SessionInfo]:
         """All sessions of the server, oldest first."""
         found, token = [], ""
         while True:

@@ -63,7 +63,7 @@ def test_tokens(start, tmp_path):
         assert session.update_metric(pliant.metric.size(0.2)).revision == 2
         assert session.download().state_hash == session.mesh.state_hash
         assert next(wing.subscribe("s")).revision == 2
-        assert rotor.sessions() == []
+        assert rotor.list_sessions() == []
         for use in (rotor.open_session, lambda name: next(rotor.subscribe(name))):
             with pytest.raises(pliant.NotFound):
                 use("s")
@@ -74,7 +74,7 @@ def test_a_certificate_that_is_replaced_holds_without_a_restart(start, tmp_path)
     address = start("--tls-cert", cert, "--tls-key", key)
     first = cert.read_bytes()
     with pliant.connect(address, tls_roots=first) as client:
-        assert client.sessions() == []
+        assert client.list_sessions() == []
     new_cert, new_key = certificate(tmp_path, "second")
     key.write_bytes(new_key.read_bytes())
     cert.write_bytes(new_cert.read_bytes())
@@ -100,7 +100,7 @@ def test_clients_need_certificates_where_that_is_asked_for(start, tmp_path):
     roots = cert.read_bytes()
     with pliant.connect(address, tls_roots=roots, tls_cert=mine[0].read_bytes(),
                         tls_key=mine[1].read_bytes()) as client:
-        assert client.sessions() == []
+        assert client.list_sessions() == []
     with pytest.raises(pliant.Unavailable):
         pliant.connect(address, tls_roots=roots)
     with pytest.raises(pliant.Unavailable):

@@ -233,7 +233,7 @@ def test_a_connection_that_falls_silent_is_made_again(client, tmp_path):
 def test_calls_that_do_no_harm_twice_wait_for_the_server(stored, how):
     with pliant.connect(stored.address) as client:
         session = client.create_session(domain=DOMAIN, metric=pliant.metric.size(0.2))
-        for call in (session.quality, session.download, session.save_revision, client.sessions,
+        for call in (session.quality, session.download, session.save_revision, client.list_sessions,
                      lambda: client.export_session(session.session_id), client.list_jobs):
             stored.stop(how)
             timer = threading.Timer(0.1, stored.start)

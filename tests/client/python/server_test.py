@@ -214,14 +214,14 @@ REFUSED_DOMAINS = [
 
 @pytest.mark.parametrize("code,field,indices,points,segments", REFUSED_DOMAINS)
 def test_refused_domains(client, code, field, indices, points, segments):
-    before = len(client.sessions())
+    before = len(client.list_sessions())
     with pytest.raises(pliant.InvalidInput) as caught:
         client.create_session(domain=pliant.Domain(points, segments),
                               metric=pliant.metric.size(0.1))
     error = caught.value
     assert (error.code, error.field) == (code, field)
     assert {error.index, error.other_index} - {-1} == indices
-    assert error.message and len(client.sessions()) == before
+    assert error.message and len(client.list_sessions()) == before
 
 
 def test_refused_metrics_change_nothing(client, session):
@@ -266,7 +266,7 @@ def test_sessions_are_listed_opened_and_deleted(client):
     with pytest.raises(pliant.AlreadyExists):
         client.create_session(domain=square(), metric=pliant.metric.size(0.2),
                               session_id="listed")
-    [info] = [one for one in client.sessions() if one.session_id == "listed"]
+    [info] = [one for one in client.list_sessions() if one.session_id == "listed"]
     assert (info.revision, info.vertex_count) == (1, len(made.mesh.points))
     assert info.labels == {"case": "list"}
     with pytest.raises(pliant.SessionBusy):
@@ -281,7 +281,7 @@ def test_sessions_are_listed_opened_and_deleted(client):
     assert made.revision == 2
     check_same(made.mesh, again.mesh)
     made.delete()
-    assert "listed" not in [one.session_id for one in client.sessions()]
+    assert "listed" not in [one.session_id for one in client.list_sessions()]
     with pytest.raises(pliant.NotFound) as caught:
         client.open_session("listed")
     assert caught.value.code == "SESSION_NOT_FOUND"

@@ -291,5 +291,5 @@ def test_refusals_become_exceptions(tmp_path):
         assert (caught.value.code, caught.value.index) == ("SESSION_NOT_FOUND", 4)
         assert str(caught.value) == "SESSION_NOT_FOUND: session_id[4]: no such session"
         with pytest.raises(LookupError, match="no details here"):
-            client.sessions()
+            client.list_sessions()
     server.stop(0)
