@@ -274,7 +274,10 @@ class Session:
             edge_ids: (k,) slots of constrained edges that are not split; their ends stay.
             regions: tags of regions whose triangles stay.
             no_insert, no_swap, no_move: the loop inserts and deletes, swaps, moves nothing.
-            no_surf: constrained edges and the vertices on them are left alone.
+            no_surf: the loop leaves constrained edges and the vertices on them alone.
+
+        These four bind the loop alone: `move_nodes`, `move_boundary` and `replace_domain` do what
+        they say, and what is in the way makes room. What is frozen they must not change: FROZEN.
 
         Raises:
             InvalidInput: INDEX_OUT_OF_RANGE or DUPLICATE_ID, `index` the first bad row.

@@ -45,6 +45,20 @@ def test_no_surf_and_regions(session):
     assert session.mesh.points.tobytes() == before.points.tobytes()
 
 
+def test_modes_bind_the_loop_and_not_what_a_client_moves(session):
+    session.freeze(no_insert=True, no_swap=True, no_move=True, no_surf=True)
+    positions = session.mesh.points * [1.25, 0.9] + [3, 4]
+    diff = session.move_nodes(positions)
+    assert session.mesh.points.tobytes() == positions.tobytes()
+    assert (diff.insertion_count, diff.deletion_count, diff.swap_count, diff.move_count) == (0,) * 4
+    frozen = session.mesh.vertex_ids[7:8]
+    session.freeze(frozen)
+    with pytest.raises(pliant.FailedPrecondition) as caught:
+        session.move_nodes(session.mesh.points + 1)
+    refused = caught.value
+    assert (refused.code, refused.field, refused.index) == ("FROZEN", "vertices", frozen[0])
+
+
 def test_mistakes_are_named(session):
     with pytest.raises(pliant.InvalidInput) as caught:
         session.freeze([0, 1, 100_000])
