@@ -3,6 +3,7 @@
 Used by `Session` under its lock; nothing here is public.
 """
 
+import contextlib
 import time
 from typing import List, Optional
 
@@ -16,6 +17,21 @@ _BUSY_S_FIRST, _BUSY_S_AGAIN = 0.5, 5.0
 _ENDS_OF_STEPS = ("advance", "rollback", "discard")
 # Time for a server that is there to answer.
 _WAIT_S_MIN = 1.0
+
+
+class _FromCallback(BaseException):
+    """An Error that a callback has raised, which says nothing of the stream."""
+
+
+def _told_apart(callback):
+    """The callback, whose Errors are none of the stream; None stays None."""
+    def call(*arguments):
+        try:
+            callback(*arguments)
+        except errors.Error as error:
+            raise _FromCallback(error) from None
+
+    return callback and call
 
 
 class Editor:
@@ -35,9 +51,50 @@ class Editor:
         self._last_update_id = 0
         # The last update that earlier calls have staged; 0: the stage is empty.
         self._staged_id = 0
+        # For `cancel`, which any thread may call: whether there is something to cancel, whether
+        # that is asked, and the advance that runs (0: none, or not yet).
+        self._may_cancel = self.is_cancelled = False
+        self._advance_id = 0
+        self._is_running = False
+
+    @contextlib.contextmanager
+    def cancellable(self):
+        """While it lasts, `cancel` ends the advances that run in it."""
+        self.check_free()
+        self.is_cancelled, self._may_cancel = False, True
+        try:
+            yield
+        finally:
+            self._may_cancel, self._advance_id = False, 0
+
+    def cancel(self):
+        """Ends the advance that runs, or is about to. From any thread, without any lock: see
+        calls.py. Who sends the advance looks at `is_cancelled` after it."""
+        if not self._may_cancel:
+            return
+        self.is_cancelled = True
+        update_id, running = self._advance_id, self._stream
+        if update_id and running is not None:
+            running.cancel_advance(update_id)
 
     def run(self, commands, on_progress=None, on_change=None):
-        """Answers to (name, function that makes the message) pairs. After `connect`."""
+        """Answers to (name, function that makes the message) pairs, after `connect`."""
+        try:
+            self._is_running = True
+            return self._run(commands, _told_apart(on_progress), _told_apart(on_change))
+        except _FromCallback as raised:
+            raise raised.args[0] from None
+        finally:
+            self._is_running = False
+
+    def check_free(self):
+        """Refuses what a callback of a call that runs must not do."""
+        if self._is_running:
+            raise errors.FailedPrecondition(
+                "PROTOCOL_ORDER", "a call of this session runs, and this is one of its callbacks: "
+                "`cancel` and looking at things are possible here; do the rest when it returns")
+
+    def _run(self, commands, on_progress, on_change):
         told_count = len(self.changes)
 
         def tell():
@@ -48,6 +105,7 @@ class Editor:
 
         first = self._last_update_id + 1
         numbered = [(first + i, *command) for i, command in enumerate(commands)]
+        self._advance_id = numbered[-1][0] if numbered[-1][1] == "advance" else 0
         self._last_update_id += len(numbered)
         self._must_discard = True
         # Updates that wait for a later advance: what becomes of them must be known.
@@ -90,6 +148,7 @@ class Editor:
 
     def close(self):
         """Lets go of the session."""
+        self.check_free()
         if self._stream is not None:
             self._stream.close()
             self._stream = None
@@ -97,7 +156,7 @@ class Editor:
     def _run_once(self, numbered, on_progress=None, on_change=None):
         on_wire = on_progress and (lambda message: on_progress(diff.progress_from_wire(message)))
         try:
-            return self._stream.run(numbered, on_wire, on_change)
+            return self._stream.run(numbered, on_wire, on_change, self._cancel_if_asked)
         except errors.Error:
             self._stream.cancel()
             self._stream = None
@@ -108,6 +167,11 @@ class Editor:
             broken, self._stream = self._stream, None
             broken.close()
             raise
+
+    def _cancel_if_asked(self):
+        # The number in the way of a thread that came too early for it, or for this stream.
+        if self.is_cancelled and self._advance_id:
+            self._stream.cancel_advance(self._advance_id)
 
     def _open_stream(self, outage, has_half_a_step):
         """A stream at last, unless the outage ends before; returns its `Opened`."""

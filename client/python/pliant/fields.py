@@ -118,6 +118,21 @@ def field_values(name, values, ids, location, sender):
         ids=None if ids is None else sender.array(arrays.as_integers("fields.ids", ids)))
 
 
+def command(revision, counts, name, values, ids, location, transfer):
+    """Name and maker of the command that sets a field of a mesh with these counts."""
+    kind = transfer_kind(transfer)
+    if ids is None and location in ("vertex", "triangle"):
+        arrays.check_rows(f"fields.{name}", np.atleast_1d(values),
+                          counts.vertices if location == "vertex" else counts.triangles,
+                          f"{location} of the mesh")
+
+    def make(sender):
+        return motion_pb2.FieldUpdate(values=[field_values(name, values, ids, location, sender)],
+                                      revision=revision, transfer=kind)
+
+    return "fields", make
+
+
 def transfer_kind(transfer):
     """The wire's name for a kind of transfer; None stays None."""
     if transfer is not None and transfer not in _TRANSFERS:

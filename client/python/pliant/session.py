@@ -31,7 +31,7 @@ class Session:
     Leaving a `with` block deletes a session that `create_session` made and closes one that
     `open_session` opened. A session that is not deleted lives on in the server.
 
-    Threads: calls from several threads are taken one after the other.
+    Threads: calls from several threads are taken one after the other, but for `cancel`.
     """
 
     def __init__(self, stub, session_id: str, is_owner: bool, parts=(),
@@ -217,8 +217,10 @@ class Session:
                 integral) from now on.
         """
         with self._lock:
-            return self._advance([self._field_command(name, values, ids, location, transfer)],
-                                 None)
+            revision = self._seen_revision()
+            command = fields.command(revision, self._mirror.counts, name, values, ids, location,
+                                     transfer)
+            return self._advance([command], None)
 
     def drop_field(self, name: str) -> diff.Diff:
         """The server forgets a field."""
@@ -255,10 +257,20 @@ class Session:
                 subscribers follow while the loop runs; less often if the reader does not keep up.
                 The `Diff` is then the last part of what changed.
             on_change: called with every `pliant.Change`, the last included; `mesh` is at it then.
+
+        Both may look at the session and `cancel`; what changes it is refused there.
         """
         with self._lock:
             return self._advance([], opts.Advance(visits_max, time_ms_max), on_progress,
                                  commit_interval_ms, on_change)
+
+    def cancel(self) -> None:
+        """Ends the loop of a call that runs in another thread, or in whose `on_progress` this is:
+        the mesh so far is committed, and that call returns, `Diff.stop_reason` "CANCELLED"; the
+        next `advance` goes on. Without such a call nothing happens. Where that call waits for a
+        lost server, it ends when there is one again.
+        """
+        self._editor.cancel()
 
     def freeze(self, vertex_ids: Any = None, edge_ids: Any = None, regions: Any = None, *,
                no_insert: bool = False, no_swap: bool = False, no_move: bool = False,
@@ -436,24 +448,6 @@ class Session:
 
         return "metric", make
 
-    def _field_command(self, name, values, ids, location, transfer):
-        if self._mirror.revision == 0:
-            self._ensure_stream()
-        revision, kind = self._mirror.revision, fields.transfer_kind(transfer)
-        if ids is None and location in ("vertex", "triangle"):
-            counts = self._mirror.counts
-            arrays.check_rows(
-                f"fields.{name}", np.atleast_1d(values),
-                counts.vertices if location == "vertex" else counts.triangles,
-                f"{location} of the mesh")
-
-        def make(sender):
-            return motion_pb2.FieldUpdate(
-                values=[fields.field_values(name, values, ids, location, sender)],
-                revision=revision, transfer=kind)
-
-        return "fields", make
-
     def _advance(self, commands, advance, on_progress=None, commit_interval_ms=None,
                  on_change=None):
         message = (advance or opts.Advance()).to_wire()
@@ -461,14 +455,16 @@ class Session:
             message.progress_interval_ms = _PROGRESS_MS
         if commit_interval_ms is not None:
             message.commit_interval_ms = commit_interval_ms
-        done = self._finish_by("advance", message, commands, on_progress, on_change)
-        # Who sets no limit wants it converged, by the next server if this one shuts down.
-        until_converged = advance is None or advance == opts.Advance()
-        while done.stop_reason == "SERVER_CLOSING" and until_converged:
-            try:
-                done = self._finish_by("advance", message, [], on_progress, on_change)
-            except errors.Unavailable:
-                break  # What is committed is committed.
+        with self._editor.cancellable():
+            done = self._finish_by("advance", message, commands, on_progress, on_change)
+            # Who sets no limit wants it converged, by the next server if this one shuts down.
+            goes_on = advance is None or advance == opts.Advance()
+            while (done.stop_reason == "SERVER_CLOSING" and goes_on
+                   and not self._editor.is_cancelled):
+                try:
+                    done = self._finish_by("advance", message, [], on_progress, on_change)
+                except errors.Unavailable:
+                    break  # What is committed is committed.
         return done
 
     def _finish_by(self, name, message, commands, on_progress, on_change=None):
@@ -486,6 +482,7 @@ class Session:
 
     def _run(self, commands, on_progress=None, on_change=None):
         """Answers to (name, function that makes the message) pairs, sent on the stream."""
+        self._editor.check_free()
         self._changes.clear()
         self._ensure_stream()
         return self._editor.run(commands, on_progress, on_change)

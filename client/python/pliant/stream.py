@@ -47,14 +47,14 @@ class EditStream:
             self.cancel()
             raise
 
-    def run(self, commands, on_progress=None, on_change=None):
+    def run(self, commands, on_progress=None, on_change=None, on_sent=None):
         """Sends `commands` and returns the answer to each, in order.
 
         Args:
             commands: (update_id, name of the command, function of a BlobSender that makes it).
             on_progress: called with each Progress message that comes meanwhile.
             on_change: called without arguments after each change.
-
+            on_sent: called without arguments when all is on its way.
         """
         self._unanswered = [update_id for update_id, _, _ in commands]
         for update_id, name, make in commands:
@@ -62,6 +62,8 @@ class EditStream:
             for chunk in self._sender.take_chunks():
                 self._requests.put(edit_pb2.EditRequest(chunk=chunk))
             self._requests.put(request)
+        if on_sent is not None:
+            on_sent()
         answers = {}
         while self._unanswered:
             response = self._receive()
@@ -102,14 +104,18 @@ class EditStream:
             else:
                 return response
 
+    def cancel_advance(self, update_id):
+        """Asks for the end of an advance, which is answered all the same. From any thread."""
+        self._requests.put(edit_pb2.EditRequest(
+            cancel=edit_pb2.Cancel(advance_update_id=update_id)))
+
     def close(self):
         """Ends the call and waits until the server has let go of the session.
 
         What has no answer is cancelled: a loop that runs stops, and commits what it has.
         """
         for update_id in self._unanswered:
-            self._requests.put(edit_pb2.EditRequest(
-                cancel=edit_pb2.Cancel(advance_update_id=update_id)))
+            self.cancel_advance(update_id)
         self._requests.put(None)
         deadline = time.monotonic() + _CLOSE_S_MAX
         try:

@@ -1,5 +1,6 @@
 """The package against the real pliantd."""
 
+import threading
 import time
 
 import numpy as np
@@ -156,6 +157,55 @@ def test_a_budget_leaves_work_for_the_next_advance(session):
     check_mesh(session.mesh, 1)
     diff = session.advance()
     assert diff.converged and session.quality().active_count == 0
+
+
+def test_a_cancel_keeps_what_is_done(session):
+    session.update_metric(pliant.metric.size(0.1))
+    session.stage_metric(pliant.metric.size(0.0012))
+    diff = session.advance(on_progress=lambda _: session.cancel())
+    assert diff.stop_reason == "CANCELLED" and diff.active_count > 0
+    for size in (0.0011, 0.0013):
+        # Also before there is anything to cancel, and while the update is on its way.
+        is_done = threading.Event()
+        other = threading.Thread(
+            target=lambda: [session.cancel() for _ in iter(lambda: is_done.wait(0.005), True)])
+        other.start()
+        diff = session.update_metric(pliant.metric.size(size))
+        is_done.set()
+        other.join()
+        assert diff.stop_reason == "CANCELLED" and diff.revision == session.revision
+    session.cancel()
+    diff = session.update_metric(pliant.metric.size(0.2))
+    assert diff.converged
+    check_mesh(session.mesh, 1)
+
+
+def test_callbacks_look_and_cancel_and_do_nothing_else(session):
+    refused, sizes = [], []
+
+    def meddle(_):
+        for call in (session.advance, session.close, session.delete,
+                     lambda: session.update_metric(pliant.metric.size(0.1))):
+            with pytest.raises(pliant.FailedPrecondition, match="callbacks") as caught:
+                call()
+            refused.append(caught.value.code)
+        sizes.append(len(session.mesh.points))
+        session.cancel()
+
+    session.stage_metric(pliant.metric.size(0.002))
+    assert session.advance(on_progress=meddle).stop_reason == "CANCELLED"
+    assert refused[:4] == ["PROTOCOL_ORDER"] * 4 and sizes
+    session.advance(visits_max=1, on_change=meddle)
+    assert len(refused) == 4 * len(sizes) > 4
+
+    def fail(_):
+        raise pliant.Unavailable("UNAVAILABLE", "something else is out of reach")
+
+    session.stage_metric(pliant.metric.size(0.0018))
+    with pytest.raises(pliant.Unavailable, match="something else"):
+        session.advance(on_progress=fail)
+    assert session.update_metric(pliant.metric.size(0.1)).converged
+    assert session.mesh.state_hash == session.download().state_hash
 
 
 def test_staged_updates_are_committed_together(session):
@@ -341,6 +391,7 @@ def test_a_hole_moves_and_keeps_its_vertices(client):
         with pytest.raises(pliant.errors.InvalidInput) as refused:
             one.move_boundary({5: pliant.motion.Translation(0.4, 0)})
         assert refused.value.code == "CROSSING_SEGMENTS"
+        assert refused.value.field == "edges" and refused.value.index in before.edge_ids
         check_same(one.mesh, before)
         diff = one.move_boundary({5: pliant.motion.Translation(0.4, 0)}, stop_if_impossible=True)
         assert 0.45 < diff.motion_fraction < 0.5
@@ -375,4 +426,3 @@ def test_nodes_move_where_they_are_told_to(session):
         check_same(session.mesh, mesh)
     with pytest.raises(pliant.errors.InvalidInput):
         session.move_boundary()
-        assert refused.value.field == "edges" and refused.value.index in before.edge_ids
