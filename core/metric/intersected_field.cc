@@ -8,20 +8,25 @@
 namespace pliant {
 
 IntersectedField::IntersectedField(std::vector<std::shared_ptr<MetricField>> parts,
-                                   const SizeBounds& bounds)
-    : parts_(std::move(parts)), hints_(parts_.size()), bounds_(bounds) {
-  PLIANT_CHECK(!parts_.empty());
+                                   const SizeBounds& bounds, std::size_t hinted)
+    : parts_(std::move(parts)), hints_(parts_.size()), bounds_(bounds), hinted_(hinted) {
+  PLIANT_CHECK(hinted_ < parts_.size());
   for (std::atomic<std::int32_t>& hint : hints_) hint = kNoHint;
 }
 
 /// `ask` answers for one part; nothing as soon as one has no answer.
 template <class Ask>
 std::optional<Metric> IntersectedField::Meet(Ask ask, std::int32_t& hint) const {
-  std::optional<Metric> finest = ask(*parts_.front(), hint);
-  for (std::size_t i = 1; finest && i < parts_.size(); ++i) {
+  const auto answer = [&](std::size_t i) {
+    if (i == hinted_) return ask(*parts_[i], hint);
     std::int32_t near = hints_[i].load(std::memory_order_relaxed);
     const std::optional<Metric> metric = ask(*parts_[i], near);
     hints_[i].store(near, std::memory_order_relaxed);
+    return metric;
+  };
+  std::optional<Metric> finest = answer(0);
+  for (std::size_t i = 1; finest && i < parts_.size(); ++i) {
+    const std::optional<Metric> metric = answer(i);
     if (!metric) return std::nullopt;
     finest = Intersect(*finest, *metric);
   }

@@ -22,10 +22,11 @@ namespace pliant {
 /// *Invariants*: those of MetricField. *Threads*: those of MetricField.
 class IntersectedField final : public MetricField {
  public:
-  /// @pre there is a part, and none is null
-  IntersectedField(std::vector<std::shared_ptr<MetricField>> parts, const SizeBounds& bounds);
+  /// @param hinted  the part whose hints callers keep. @pre there is such a part, and none is null
+  IntersectedField(std::vector<std::shared_ptr<MetricField>> parts, const SizeBounds& bounds,
+                   std::size_t hinted = 0);
 
-  /// The hint is that of the first part; the others remember where their last search ended.
+  /// The hint is that of one part; the others remember where their last search ended.
   [[nodiscard]] Metric At(Vec2 p, std::int32_t& hint) const override;
   [[nodiscard]] std::optional<Metric> Probe(Vec2 p, std::int32_t& hint) const override;
   /// The first error of the first part that has one.
@@ -38,9 +39,11 @@ class IntersectedField final : public MetricField {
   [[nodiscard]] std::optional<Metric> Meet(Ask ask, std::int32_t& hint) const;
 
   std::vector<std::shared_ptr<MetricField>> parts_;
-  // One for each part; the first is not used. Which thread wrote one last decides only the time.
+  // One for each part; that of `hinted_` is not used. Which thread wrote one last decides only the
+  // time.
   mutable std::vector<std::atomic<std::int32_t>> hints_;
   SizeBounds bounds_;
+  std::size_t hinted_;
 };
 
 }  // namespace pliant

@@ -11,9 +11,6 @@
 namespace pliant {
 namespace {
 
-/// Passes of the limits in one update, the first before the loop runs.
-constexpr int kLimitRounds = 3;
-
 /// From one vertex in so many on, tensors are followed as a copy of the whole mesh, which answers
 /// faster than a mesh that is changing.
 constexpr std::ptrdiff_t kCopyShare = 8;
@@ -38,7 +35,7 @@ std::vector<VertexId> LiveVertices(const Mesh& mesh) {
 }
 
 std::optional<FollowedMetric::Way> FollowedMetric::WayBack() const {
-  const bool lays = state_.limits.any() && !state_.limits_due;
+  const bool lays = state_.keeps_raw() && !state_.limits_due;
   if (!limits_.as_committed() || limits_.on() != lays) return std::nullopt;
   return Way{state_, field_, base_};
 }
@@ -73,6 +70,7 @@ void FollowedMetric::Take(std::shared_ptr<MetricField> field, const MetricSpec* 
   TakeLimits(spec == nullptr ? MetricLimits{.gradation = {.automatic = false}}
                              : MetricLimits{spec->bounds, spec->gradation});
   state_.source = std::move(field);
+  state_.functions = nullptr;
   state_.spec.reset();
   if (spec != nullptr && IsFormula(*spec)) state_.spec = *spec;
   field_ = state_.source;
@@ -101,6 +99,7 @@ void FollowedMetric::Follow(std::shared_ptr<MetricField> field, const MetricSpec
 Result<WantedTensors> FollowedMetric::SetField(std::shared_ptr<MetricField> field,
                                                const MetricSpec* spec, WantedTensors raw,
                                                const StopSignal* stop) {
+  const bool keeps_raw = limits_.on() && limits_.functions() == nullptr;
   const GradationOptions old_limits = state_.limits;
   Take(std::move(field), spec);
   state_.limit_rounds_left = state_.limits.any() ? kLimitRounds : 0;
@@ -112,7 +111,7 @@ Result<WantedTensors> FollowedMetric::SetField(std::shared_ptr<MetricField> fiel
   --state_.limit_rounds_left;
   std::vector<std::size_t> others;
   StopPoll stopped(stop);
-  if (limits_.on() && old_limits == state_.limits) {
+  if (keeps_raw && old_limits == state_.limits) {
     PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *state_.source, stop));
     for (std::size_t i = 0; i < raw.vertices.size(); ++i) {
       if (stopped()) return Stopped();
@@ -132,7 +131,7 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
                                                  const StopSignal* stop) {
   const bool has_raw = limits_.on() && committed();
   StopPoll stopped(stop);
-  if (has_raw) PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField(), stop));
+  if (has_raw) PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawOfVertices(), stop));
   std::vector<Metric> bounded;
   bounded.reserve(tensors.size());
   WantedTensors others;
@@ -159,79 +158,23 @@ Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> verti
   return Limit();
 }
 
-Result<WantedTensors> FollowedMetric::SetTensors(std::span<const VertexId> vertices,
-                                                 std::span<const Metric> tensors,
-                                                 const MetricLimits& limits,
-                                                 const StopSignal* stop) {
-  if (limits == asked_limits()) return SetTensors(vertices, tensors, stop);
-  PLIANT_ASSIGN_OR_RETURN(WantedTensors raw, RawNow(stop));
-  const auto row_of = [&](VertexId vertex) {
-    return std::ranges::lower_bound(raw.vertices, vertex) - raw.vertices.begin();
-  };
-  StopPoll stopped(stop);
-  for (std::size_t i = 0; i < vertices.size(); ++i) {
-    if (stopped()) return Stopped();
-    raw.tensors[static_cast<std::size_t>(row_of(vertices[i]))] = tensors[i];
-  }
-  for (Metric& tensor : raw.tensors) {
-    if (stopped()) return Stopped();
-    tensor = Bound(tensor, limits.bounds);
-  }
-  TakeLimits(limits);
-  state_.limit_rounds_left = state_.limits.any() ? kLimitRounds : 0;
-  if (!state_.limits.any()) limits_.TurnOff();
-  if (!committed() || !state_.limits.any()) {
-    PLIANT_ASSIGN_OR_RETURN(WantedTensors wanted, FollowTensors(std::move(raw), stop));
-    if (!state_.limits.any()) return wanted;
-    return Limit();
-  }
-  --state_.limit_rounds_left;
-  state_.source = nullptr;
-  state_.spec.reset();
-  PLIANT_RETURN_IF_ERROR(limits_.Load(state_.limits, raw.vertices, raw.tensors, stop));
-  return LayLimits(stop);
-}
-
-/// What every vertex wants where it is now, bounds applied, without limits. @par Cost O(mesh)
-Result<WantedTensors> FollowedMetric::RawNow(const StopSignal* stop) {
-  if (!committed()) return Evaluate(*state_.source, stop);
-  WantedTensors raw{LiveVertices(mesh_), {}};
-  raw.tensors.reserve(raw.vertices.size());
-  if (limits_.on()) PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField(), stop));
-  StopPoll stopped(stop);
-  for (const VertexId vertex : raw.vertices) {
-    if (stopped()) return Stopped();
-    raw.tensors.push_back(limits_.on() ? limits_.Raw(vertex) : mesh_.metric(vertex));
-  }
-  return raw;
-}
-
-Result<WantedTensors> FollowedMetric::Carry(std::span<const VertexId> vertices,
-                                            std::span<const Metric> tensors) {
-  WantedTensors given{{vertices.begin(), vertices.end()}, {tensors.begin(), tensors.end()}};
-  if (limits_.on() && committed()) {
-    PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField()));
-    return LimitTensors(vertices, given.tensors, nullptr);
-  }
-  PLIANT_CHECK(FollowTensors(std::move(given), nullptr).ok());
-  if (!state_.limits.any()) return WantedTensors{};
-  state_.limit_rounds_left = kLimitRounds;
-  return Limit();
-}
-
 /// Vertices want other tensors. Those within the tolerance stay, so that many small changes add up
 /// and are seen at last. @pre the limits know the mesh as it is
 Result<WantedTensors> FollowedMetric::LimitTensors(std::span<const VertexId> vertices,
                                                    const std::vector<Metric>& tensors,
                                                    const StopSignal* stop) {
   StopPoll stopped(stop);
+  WantedTensors others;
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (stopped()) return Stopped();
-    if (Differs(limits_.Raw(vertices[i]), tensors[i])) limits_.SetRaw(vertices[i], tensors[i]);
+    if (!Differs(limits_.Raw(vertices[i]), tensors[i])) continue;
+    others.vertices.push_back(vertices[i]);
+    others.tensors.push_back(tensors[i]);
   }
+  PLIANT_RETURN_IF_ERROR(limits_.SetRawOf(others, stop));
   state_.source = nullptr;
   state_.spec.reset();
-  state_.limit_rounds_left = kLimitRounds - 1;
+  state_.limit_rounds_left = state_.limits.any() ? kLimitRounds - 1 : 0;
   return LayLimits(stop);
 }
 
@@ -337,7 +280,7 @@ Result<WantedTensors> FollowedMetric::Limit(const StopSignal* stop) {
   --state_.limit_rounds_left;
   const bool follows = limits_.on() && limits_.options() == state_.limits;
   if (!follows || !committed()) return LimitAnew(stop);
-  PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField(), stop));
+  PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawOfVertices(), stop));
   PLIANT_RETURN_IF_ERROR(status());
   return LayLimits(stop);
 }
@@ -370,8 +313,9 @@ Result<WantedTensors> FollowedMetric::LimitAnew(const StopSignal* stop) {
 }
 
 Status FollowedMetric::LoadLimits(const StopSignal* stop) {
-  PLIANT_ASSIGN_OR_RETURN(const WantedTensors raw, Evaluate(*RawField(), stop));
-  return limits_.Load(state_.limits, raw.vertices, raw.tensors, stop);
+  PLIANT_ASSIGN_OR_RETURN(const WantedTensors raw, Evaluate(*RawOfVertices(), stop));
+  const MeshLimits::Rules rules{state_.limits, state_.functions};
+  return limits_.Load(rules, raw.vertices, raw.tensors, stop);
 }
 
 /// Lays the limits that the limiter has been told of.
@@ -380,6 +324,8 @@ Result<WantedTensors> FollowedMetric::LayLimits(const StopSignal* stop) {
   if (committed()) base_ = std::make_shared<FrozenMesh>(edit_);
   if (as_sent()) {
     field_ = state_.source;
+  } else if (as_met()) {
+    field_ = MetField();
   } else if (committed()) {
     PLIANT_RETURN_IF_ERROR(FollowMesh(wanted, stop));
   } else {
@@ -389,9 +335,9 @@ Result<WantedTensors> FollowedMetric::LayLimits(const StopSignal* stop) {
 }
 
 Result<WantedTensors> FollowedMetric::Settle() {
-  if (!state_.limits.any() || state_.limits_due) return WantedTensors{};
+  if (!state_.keeps_raw() || state_.limits_due) return WantedTensors{};
   if (committed()) {
-    PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawField()));
+    PLIANT_RETURN_IF_ERROR(limits_.Follow(*base_, *RawOfVertices()));
     PLIANT_RETURN_IF_ERROR(status());
   } else {
     PLIANT_RETURN_IF_ERROR(LoadLimits(nullptr));
@@ -410,6 +356,8 @@ void FollowedMetric::FollowCommitted() {
   base_ = std::make_shared<FrozenMesh>(edit_);
   if (as_sent()) {
     field_ = state_.source;
+  } else if (as_met()) {
+    field_ = MetField();
   } else {
     field_ = std::make_shared<NodalField>(base_);
   }
@@ -424,7 +372,7 @@ void FollowedMetric::AfterTrial() {
 }
 
 void FollowedMetric::MeshMoved() {
-  if (limits_.on()) state_.limit_rounds_left = kLimitRounds - 1;
+  if (limits_.on() && state_.limits.any()) state_.limit_rounds_left = kLimitRounds - 1;
 }
 
 void FollowedMetric::Rollback(const State& committed) {
@@ -435,22 +383,36 @@ void FollowedMetric::Rollback(const State& committed) {
 
 RawTensors FollowedMetric::GoTo(const State& state, const RawTensors& raw,
                                 std::span<const VertexId> touched) {
-  const bool follows = limits_.on() && state.limits == state_.limits && !raw.all;
+  const bool follows = limits_.on() && state.limits == state_.limits &&
+                       MetricFunctions::AreSame(state.functions.get(), limits_.functions()) &&
+                       !raw.all;
   state_ = state;
-  if (!state_.limits.any() || state_.limits_due) {
+  if (!state_.keeps_raw() || state_.limits_due) {
     limits_.TurnOff();
   } else {
     if (follows) {
+      limits_.ShareFunctions(state_.functions);
       limits_.Apply(raw, touched);
     } else {
-      PLIANT_CHECK(limits_.Load(state_.limits, raw.vertices, raw.tensors).ok());
+      const MeshLimits::Rules rules{state_.limits, state_.functions};
+      PLIANT_CHECK(limits_.Load(rules, raw.vertices, raw.tensors, nullptr).ok());
     }
     PLIANT_CHECK(limits_.Update().ok());
   }
   return AfterCommit();
 }
 
+/// Functions and raw tensors. @pre there are functions, and limits were laid on `base_`
+std::shared_ptr<MetricField> FollowedMetric::MetField() const {
+  return state_.functions->Over(limits_.RawField(base_));
+}
+
 std::shared_ptr<const MetricField> FollowedMetric::RawField() const {
+  return state_.functions != nullptr ? MetField() : RawOfVertices();
+}
+
+/// The same without functions.
+std::shared_ptr<const MetricField> FollowedMetric::RawOfVertices() const {
   if (state_.source != nullptr) return state_.source;
   if (!limits_.on()) return field_;
   return limits_.RawField(base_);

@@ -13,6 +13,7 @@
 #include "core/metric/gradation.h"
 #include "core/metric/metric.h"
 #include "core/metric/metric_field.h"
+#include "core/metric/metric_functions.h"
 #include "core/metric/metric_spec.h"
 #include "core/pliant/mesh_limits.h"
 #include "core/pliant/recalled_field.h"
@@ -31,6 +32,10 @@ namespace pliant {
 /// from the mesh, from what was sent (State) and from what vertices wanted before limits
 /// (RawTensors).
 ///
+/// Tensors at vertices may come with functions of place. MeshLimits intersects them at vertices, as
+/// the first of what limits; in between, unless there are other limits that change anything, the
+/// loop sees the tensors' interpolation intersected with what the functions have there.
+///
 /// Reads the mesh and moves hints, but changes nothing of it: what vertices shall have comes back
 /// as WantedTensors.
 /// *Invariants*: field() answers for the mesh as it was when it was set, whatever has become of it.
@@ -42,12 +47,17 @@ class FollowedMetric {
   struct State {
     std::shared_ptr<MetricField> source;  ///< Bounds applied; null: tensors at the vertices.
     std::optional<MetricSpec> spec;       ///< What `source` was made from, if it can be compared.
+    /// Beside tensors at the vertices; null: none.
+    std::shared_ptr<const MetricFunctions> functions;
     SizeBounds bounds;
     GradationOptions limits;
     bool usual_hold = false;  ///< The usual ones among them, because they were needed.
     int limit_rounds_left = 0;
     /// The limits have been put off: vertices have tensors that were laid on another mesh.
     bool limits_due = false;
+
+    /// True if vertices keep what they wanted beside what they have.
+    [[nodiscard]] bool keeps_raw() const { return limits.any() || functions != nullptr; }
   };
 
   /// What is followed, to come back to it.
@@ -109,10 +119,14 @@ class FollowedMetric {
                                     std::span<const Metric> tensors,
                                     const StopSignal* stop = nullptr) const;
 
+  /// Refuses functions that have no value at a vertex. @par Cost O(mesh)
+  [[nodiscard]] Status CheckAtVertices(const MetricFunctions& functions,
+                                       const StopSignal* stop = nullptr) const;
+
   /// True if SetTensors at these vertices leaves nothing of what was followed before, unless it is
   /// the same tensors.
   [[nodiscard]] bool IsReplacedBy(std::span<const VertexId> vertices) const {
-    return committed() && !state_.limits.any() && std::ssize(vertices) == mesh_.vertex_count();
+    return committed() && !state_.keeps_raw() && std::ssize(vertices) == mesh_.vertex_count();
   }
 
   /// Other tensors at some vertices from now on, bounds applied; the others keep theirs. Wants
@@ -123,17 +137,29 @@ class FollowedMetric {
                                                  std::span<const Metric> tensors,
                                                  const StopSignal* stop = nullptr);
 
-  /// The same, with other limits from now on: also for the tensors of the other vertices, as far as
-  /// they are known. What bounds have cut off a tensor is lost. @pre CheckTensors, Check(limits)
+  /// What holds for tensors at vertices.
+  struct Terms {
+    MetricLimits limits;
+    /// Made with the bounds of `limits`; null: none.
+    std::shared_ptr<const MetricFunctions> functions = nullptr;
+  };
+  /// True if they hold already.
+  [[nodiscard]] bool Holds(const Terms& terms) const {
+    return terms.limits == asked_limits() && terms.functions == state_.functions;
+  }
+  /// The same on other terms from now on: also for the tensors of the other vertices, as far as
+  /// they are known. What bounds have cut off a tensor is lost.
+  /// @pre CheckTensors, Check(terms.limits), CheckAtVertices; functions only after a commit
   /// @param stop  as for SetTensors
   /// @par Cost O(k) if they are those that hold, else O(mesh)
   [[nodiscard]] Result<WantedTensors> SetTensors(std::span<const VertexId> vertices,
                                                  std::span<const Metric> tensors,
-                                                 const MetricLimits& limits,
+                                                 const Terms& terms,
                                                  const StopSignal* stop = nullptr);
 
   /// Tensors that vertices brought along when they were moved: the field takes them over where they
-  /// are now, and over the triangles at them. @pre the mesh has them already
+  /// are now, and over the triangles at them. Beside functions only what these have not made of
+  /// them comes along. @pre the mesh has them already
   [[nodiscard]] Result<WantedTensors> Carry(std::span<const VertexId> vertices,
                                             std::span<const Metric> tensors);
 
@@ -200,6 +226,7 @@ class FollowedMetric {
   [[nodiscard]] std::shared_ptr<const MetricField> RawField() const;
   /// The first question since the field was sent that it had no usable answer to.
   [[nodiscard]] Status status() const {
+    if (state_.functions != nullptr) return state_.functions->status();
     return state_.source == nullptr ? Status() : state_.source->status();
   }
   [[nodiscard]] const MeshLimits& limits() const { return limits_; }
@@ -208,15 +235,25 @@ class FollowedMetric {
   [[nodiscard]] MetricLimits asked_limits() const;
 
  private:
+  /// Passes of the limits in one update, the first before the loop runs.
+  static constexpr int kLimitRounds = 3;
+
   [[nodiscard]] bool committed() const { return edit_.committed() != Revision::kNone; }
   /// True if the loop sees what was sent: also where limits are laid but change nothing.
   [[nodiscard]] bool as_sent() const {
     return state_.source != nullptr && !state_.limits_due &&
            !(limits_.on() && limits_.limits_anything());
   }
+  /// True if the loop sees functions and the raw tensors.
+  [[nodiscard]] bool as_met() const {
+    return state_.functions != nullptr && !limits_.limits_anything();
+  }
+  [[nodiscard]] std::shared_ptr<MetricField> MetField() const;
+  [[nodiscard]] std::shared_ptr<const MetricField> RawOfVertices() const;
   void Take(std::shared_ptr<MetricField> field, const MetricSpec* spec);
   void TakeLimits(const MetricLimits& limits);
   [[nodiscard]] Result<WantedTensors> RawNow(const StopSignal* stop);
+  [[nodiscard]] WantedTensors RawAt(std::span<const VertexId> vertices) const;
   [[nodiscard]] Result<WantedTensors> FollowTensors(WantedTensors wanted, const StopSignal* stop);
   [[nodiscard]] Result<WantedTensors> LimitTensors(std::span<const VertexId> vertices,
                                                    const std::vector<Metric>& tensors,

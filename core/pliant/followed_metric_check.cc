@@ -90,4 +90,21 @@ Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
   return CheckDuplicates(mesh_, vertices, stop);
 }
 
+Status FollowedMetric::CheckAtVertices(const MetricFunctions& functions,
+                                       const StopSignal* stop) const {
+  const std::vector<VertexId> vertices = LiveVertices(mesh_);
+  for (std::size_t begin = 0; begin < vertices.size(); begin += StopPoll::kPeriod) {
+    if (stop != nullptr && stop->asked()) return Stopped();
+    const std::size_t end = std::min<std::size_t>(begin + StopPoll::kPeriod, vertices.size());
+    std::vector<Vec2> points;
+    std::vector<Metric> tensors;
+    for (std::size_t i = begin; i < end; ++i) {
+      points.push_back(mesh_.position(vertices[i]));
+      tensors.push_back(mesh_.metric(vertices[i]));
+    }
+    functions.MeetEach(points, tensors);
+  }
+  return functions.status();
+}
+
 }  // namespace pliant

@@ -97,11 +97,18 @@ Status Remesher::SetField(std::unique_ptr<MetricField> field) {
   return impl_->SetField(std::move(field), nullptr);
 }
 Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors) {
-  return impl_->SetTensors(vertices, tensors, nullptr);
+  return impl_->SetTensors(vertices, tensors, {});
 }
 Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
                             const MetricLimits& limits) {
-  return impl_->SetTensors(vertices, tensors, &limits);
+  return impl_->SetTensors(vertices, tensors, {&limits});
+}
+Status Remesher::SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                            const MetricLimits& limits, const FunctionsSpec& functions) {
+  return impl_->SetTensors(vertices, tensors, {&limits, &functions});
+}
+Status Remesher::SetFunctions(const FunctionsSpec& functions, const MetricLimits& limits) {
+  return impl_->SetFunctions(functions, limits);
 }
 Status Remesher::SetLimits(const MetricLimits& limits) { return impl_->SetLimits(limits); }
 Status Remesher::Apply(MeshChange& change) { return impl_->Change(change); }
@@ -142,6 +149,7 @@ const Mesh& Remesher::mesh() const { return impl_->mesh(); }
 const MetricField& Remesher::field() const { return impl_->field(); }
 std::shared_ptr<const MetricField> Remesher::raw_field() const { return impl_->raw_field(); }
 MetricLimits Remesher::limits() const { return impl_->limits(); }
+const FunctionsSpec* Remesher::functions() const { return impl_->functions(); }
 const MetricReport& Remesher::metric_report() const { return impl_->metric_report(); }
 bool Remesher::building() const { return impl_->building(); }
 Revision Remesher::revision() const { return impl_->revision(); }

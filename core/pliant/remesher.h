@@ -84,8 +84,9 @@ class Remesher {
   /// New tensors at some vertices; the others keep the tensors that they have, and in between the
   /// metric is interpolated on the mesh as it is now. With every commit, the tensors of the mesh of
   /// that moment become the metric. An empty `vertices` means all live vertices in ascending order
-  /// of slot. Errors: kArrayLength, kIndexOutOfRange (not a live vertex), kDuplicateId, kNotFinite,
-  /// kNotPositiveDefinite; index = position in the given span.
+  /// of slot, and ends functions beside tensors (below), which else stay. Errors: kArrayLength,
+  /// kIndexOutOfRange (not a live vertex), kDuplicateId, kNotFinite, kNotPositiveDefinite; index =
+  /// position in the given span.
   /// @par Cost O(k + changed since the last commit); before the first commit O(mesh)
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors);
 
@@ -96,8 +97,25 @@ class Remesher {
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
                     const MetricLimits& limits);
 
+  /// The same, intersected with functions of place from now on: a vertex keeps its tensor apart
+  /// from what the functions have where it is, and has the finest of both in every direction,
+  /// limits coming after that. Functions are asked where a vertex is, whenever it is put in or
+  /// moved; the tensors are interpolated there by themselves. Later tensors at some vertices
+  /// replace only their tensors. Errors: also those of MakeMetricField for each function,
+  /// kExpressionValue if one has no value at a vertex, and kRevisionNotFound before the first
+  /// commit.
+  /// @par Cost O(k + changed since the last commit) if these limits and functions hold already,
+  /// else
+  ///           O(mesh)
+  Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                    const MetricLimits& limits, const FunctionsSpec& functions);
+
+  /// Other functions, or another time of theirs, for the tensors that vertices have, which are the
+  /// metric from now on if they were not yet. Errors: as above.
+  Status SetFunctions(const FunctionsSpec& functions, const MetricLimits& limits);
+
   /// Other limits for the tensors that vertices have, which are the metric from now on if they were
-  /// not yet: limits of a specification change with SetMetric. Errors: kOutOfRange.
+  /// not yet: limits of a specification change with SetMetric. Functions stay. Errors: kOutOfRange.
   Status SetLimits(const MetricLimits& limits);
 
   /// Who helps from now on with large work: the first build of a large mesh. No executor changes
@@ -208,6 +226,9 @@ class Remesher {
   [[nodiscard]] std::shared_ptr<const MetricField> raw_field() const;
   /// The limits that were asked for; not those that `automatic` has laid.
   [[nodiscard]] MetricLimits limits() const;
+  /// The functions beside tensors at vertices, null if there are none; good until the next call
+  /// that is not const.
+  [[nodiscard]] const FunctionsSpec* functions() const;
   /// What the limits made of the metric when they were laid last.
   [[nodiscard]] const MetricReport& metric_report() const;
   /// The first mesh is being built from coarse to fine: a commit now ends that, and what follows

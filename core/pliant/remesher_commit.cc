@@ -156,7 +156,10 @@ std::optional<RevisionDelta> Remesher::Impl::TakeUndo() {
 }
 
 RevisionDelta Remesher::Impl::InverseOf(const RevisionDelta& delta) const {
-  const bool all = delta.raw.all || delta.metric.limits != committed_.followed.limits;
+  // Raw tensors are others where there are functions beside them, or were.
+  const FollowedMetric::State& now = committed_.followed;
+  const bool all = delta.raw.all || delta.metric.limits != now.limits ||
+                   !MetricFunctions::AreSame(delta.metric.functions.get(), now.functions.get());
   const MeshLimits& limits = followed_.limits();
   return {.base = delta.revision,
           .revision = revision_,

@@ -37,10 +37,16 @@ class Remesher::Impl {
   Status SetSpec(const MetricSpec& spec);
   /// @param spec  what the field was made from; null for a field of the caller's own.
   Status SetField(std::unique_ptr<MetricField> field, const MetricSpec* spec);
-  /// @param limits  null: those that hold
+  /// What shall hold for tensors at vertices.
+  struct WantedTerms {
+    const MetricLimits* limits = nullptr;  ///< Null: those that hold.
+    /// Null: none, or, for tensors at some vertices, those that hold.
+    const FunctionsSpec* functions = nullptr;
+  };
   Status SetTensors(std::span<const VertexId> given, std::span<const Metric> tensors,
-                    const MetricLimits* limits);
+                    const WantedTerms& wanted);
   Status SetLimits(const MetricLimits& limits);
+  Status SetFunctions(const FunctionsSpec& functions, const MetricLimits& limits);
   Status Change(MeshChange& change);
   Status SetConstraints(const Constraints& constraints);
   Status SetOptions(const Options& options);
@@ -68,6 +74,10 @@ class Remesher::Impl {
     return followed_.RawField();
   }
   [[nodiscard]] MetricLimits limits() const { return followed_.asked_limits(); }
+  [[nodiscard]] const FunctionsSpec* functions() const {
+    const auto& held = followed_.state().functions;
+    return held == nullptr ? nullptr : &held->spec();
+  }
   [[nodiscard]] const MetricReport& metric_report() const { return followed_.limits().report(); }
   [[nodiscard]] bool building() const { return nested_.has_value(); }
   [[nodiscard]] Revision revision() const { return revision_; }
@@ -103,8 +113,9 @@ class Remesher::Impl {
   Status LayDueLimits(const StopSignal* stop);
   [[nodiscard]] bool NeedsLimits();
   [[nodiscard]] TroubleContext ContextOfTroubles() const;
+  [[nodiscard]] Result<FollowedMetric::Terms> TermsOf(const WantedTerms& wanted);
   Status FollowTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
-                       const MetricLimits* limits);
+                       const FollowedMetric::Terms& terms);
   [[nodiscard]] const StopSignal* StopOfWhole() const;
   Status ApplyOrGoBack(Result<WantedTensors> wanted, const StopSignal* stop,
                        std::optional<FollowedMetric::Way> way);

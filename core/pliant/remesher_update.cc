@@ -71,33 +71,69 @@ Status Remesher::Impl::SetField(std::unique_ptr<MetricField> field, const Metric
 }
 
 Status Remesher::Impl::SetTensors(std::span<const VertexId> given, std::span<const Metric> tensors,
-                                  const MetricLimits* limits) {
+                                  const WantedTerms& wanted) {
   const std::vector<VertexId> all = given.empty() ? LiveVertices(mesh_) : std::vector<VertexId>();
   const std::span<const VertexId> vertices = given.empty() ? std::span(all) : given;
-  if (limits != nullptr) PLIANT_RETURN_IF_ERROR(FollowedMetric::Check(*limits));
+  if (wanted.limits != nullptr) PLIANT_RETURN_IF_ERROR(FollowedMetric::Check(*wanted.limits));
   PLIANT_RETURN_IF_ERROR(followed_.CheckTensors(vertices, tensors, stop_));
-  return FollowTensors(vertices, tensors, limits);
+  WantedTerms with = wanted;
+  // A part of the metric leaves the rest as it is.
+  if (with.functions == nullptr && !given.empty()) with.functions = functions();
+  PLIANT_ASSIGN_OR_RETURN(const FollowedMetric::Terms terms, TermsOf(with));
+  return FollowTensors(vertices, tensors, terms);
 }
 
 Status Remesher::Impl::SetLimits(const MetricLimits& limits) {
   PLIANT_RETURN_IF_ERROR(FollowedMetric::Check(limits));
   if (limits == followed_.asked_limits()) return {};
-  return FollowTensors({}, {}, &limits);
+  PLIANT_ASSIGN_OR_RETURN(const FollowedMetric::Terms terms, TermsOf({&limits, functions()}));
+  return FollowTensors({}, {}, terms);
 }
 
-/// Tensors at these vertices. @param limits  null: those that hold
+Status Remesher::Impl::SetFunctions(const FunctionsSpec& functions, const MetricLimits& limits) {
+  PLIANT_RETURN_IF_ERROR(FollowedMetric::Check(limits));
+  PLIANT_ASSIGN_OR_RETURN(const FollowedMetric::Terms terms, TermsOf({&limits, &functions}));
+  if (followed_.Holds(terms)) return {};
+  return FollowTensors({}, {}, terms);
+}
+
+/// What is to hold for tensors at vertices, with functions that can be asked at all of them; those
+/// that hold if they are the same.
+Result<FollowedMetric::Terms> Remesher::Impl::TermsOf(const WantedTerms& wanted) {
+  FollowedMetric::Terms terms{wanted.limits != nullptr ? *wanted.limits : followed_.asked_limits(),
+                              nullptr};
+  if (wanted.functions == nullptr) return terms;
+  if (revision_ == Revision::kNone) {
+    return Error{ErrorCode::kRevisionNotFound,
+                 "there is no revision yet whose vertices could have tensors beside functions; "
+                 "advance first",
+                 "metric.sources"};
+  }
+  const SizeBounds& bounds = terms.limits.bounds;
+  const auto& held = followed_.state().functions;
+  // Who had no value for a step that was taken back has one again for the next.
+  if (held != nullptr && held->IsMadeFrom(*wanted.functions, bounds) && held->status().ok()) {
+    terms.functions = held;
+    return terms;
+  }
+  PLIANT_ASSIGN_OR_RETURN(terms.functions,
+                          MetricFunctions::Make(*wanted.functions, bounds, box_, stop_));
+  PLIANT_RETURN_IF_ERROR(followed_.CheckAtVertices(*terms.functions, stop_));
+  return terms;
+}
+
+/// Tensors at these vertices, and terms for those of all.
 Status Remesher::Impl::FollowTensors(std::span<const VertexId> vertices,
-                                     std::span<const Metric> tensors, const MetricLimits* limits) {
+                                     std::span<const Metric> tensors,
+                                     const FollowedMetric::Terms& terms) {
   PLIANT_RETURN_IF_ERROR(LayDueLimits(stop_));
   const StopSignal* const stop = StopOfWhole();
   LeaveNestedBuild();
-  const bool replaces_all = limits == nullptr && followed_.IsReplacedBy(vertices);
+  const bool replaces_all = followed_.Holds(terms) && followed_.IsReplacedBy(vertices);
   if (!replaces_all) PLIANT_RETURN_IF_ERROR(LetMetricFollow());
   auto way = followed_.WayBack();
   const StopSignal* const way_stop = way ? stop : nullptr;
-  Result<WantedTensors> wanted = limits == nullptr
-                                     ? followed_.SetTensors(vertices, tensors, way_stop)
-                                     : followed_.SetTensors(vertices, tensors, *limits, way_stop);
+  Result<WantedTensors> wanted = followed_.SetTensors(vertices, tensors, terms, way_stop);
   if (wanted.ok() && wanted->vertices.empty()) return {};
   carriers_.clear();  // What they carried is replaced, or followed by now.
   return ApplyOrGoBack(std::move(wanted), stop, std::move(way));

@@ -18,8 +18,10 @@ namespace {
 /// Bits of a metric state. Part of the format: add, never renumber.
 constexpr std::uint8_t kUsualHold = 1;
 constexpr std::uint8_t kLimitsDue = 2;
+constexpr std::uint8_t kFunctionsOfBase = 4;
+constexpr std::uint8_t kFunctionsWritten = 8;
 
-constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 5};  // "PLRD"
+constexpr Seal kDeltaSeal{.kind = 0x44524c50, .version = 6};  // "PLRD"
 constexpr char kDeltaName[] = "revision record";
 
 /// Where a field comes from when it is read.
@@ -51,6 +53,9 @@ std::size_t RevisionDelta::bytes() const {
       sizeof(RevisionDelta) + mesh.bytes() + raw.bytes() + loop.queue.size() * sizeof(VertexId);
   if (metric.source != nullptr && metric.source != base_metric.source) {
     bytes += metric.source->bytes();
+  }
+  if (metric.functions != nullptr && metric.functions != base_metric.functions) {
+    bytes += metric.functions->bytes();
   }
   if (fields != base_fields) bytes += BytesOf(fields);
   return bytes;
@@ -110,9 +115,14 @@ Status WriteMetricState(const FollowedMetric::State& state, const FollowedMetric
   PutSpec(state.spec ? &*state.spec : nullptr, writer);
   PutBounds(state.bounds, writer);
   PutGradation(state.limits, writer);
+  const bool is_of_base = MetricFunctions::AreSame(state.functions.get(), base.functions.get());
+  const std::uint8_t functions = state.functions == nullptr ? 0
+                                 : is_of_base               ? kFunctionsOfBase
+                                                            : kFunctionsWritten;
   writer.Put(static_cast<std::uint8_t>((state.usual_hold ? kUsualHold : 0) |
-                                       (state.limits_due ? kLimitsDue : 0)));
+                                       (state.limits_due ? kLimitsDue : 0) | functions));
   writer.Put(static_cast<std::int32_t>(state.limit_rounds_left));
+  if (functions == kFunctionsWritten) state.functions->Save(writer);
   return {};
 }
 
@@ -136,12 +146,21 @@ FollowedMetric::State ReadMetricState(ByteReader& reader, const FollowedMetric::
   state.limits = TakeGradation(reader);
   if (!FollowedMetric::Check(MetricLimits{state.bounds, state.limits}).ok()) reader.Fail();
   const auto flags = reader.Take<std::uint8_t>();
-  if (flags > (kUsualHold | kLimitsDue)) reader.Fail();
+  const int functions = flags & (kFunctionsOfBase | kFunctionsWritten);
+  if (flags >= 2 * kFunctionsWritten || functions == (kFunctionsOfBase | kFunctionsWritten)) {
+    reader.Fail();
+  }
   state.usual_hold = (flags & kUsualHold) != 0;
   state.limits_due = (flags & kLimitsDue) != 0;
   if (state.limits_due && (state.source == nullptr || !state.limits.any())) reader.Fail();
   state.limit_rounds_left = reader.Take<std::int32_t>();
   if (state.limit_rounds_left < 0 || state.limit_rounds_left > 100) reader.Fail();
+  if (functions == kFunctionsOfBase) state.functions = base.functions;
+  if (functions == kFunctionsWritten) state.functions = MetricFunctions::Read(reader);
+  // They stand beside tensors at vertices.
+  const bool should_have = functions != 0;
+  if (should_have != (state.functions != nullptr)) reader.Fail();
+  if (state.functions != nullptr && state.source != nullptr) reader.Fail();
   return state;
 }
 

@@ -9,7 +9,7 @@
 namespace pliant {
 namespace {
 
-constexpr Seal kSnapshotSeal{.kind = 0x53534c50, .version = 5};  // "PLSS"
+constexpr Seal kSnapshotSeal{.kind = 0x53534c50, .version = 6};  // "PLSS"
 constexpr char kSnapshotName[] = "snapshot";
 
 BoundingBox ReadBox(ByteReader& reader) {

@@ -60,6 +60,17 @@ std::vector<Metric> RandomTensors(const Mesh& mesh, const std::vector<VertexId>&
   return tensors;
 }
 
+/// One or two, before and after the tensors.
+FunctionsSpec RandomFunctions(Rng& rng) {
+  FunctionsSpec functions;
+  functions.parts.emplace_back(
+      SizeMetric{std::to_string(rng.Uniform(0.08, 0.15)) + " + 0.2*abs(x - 0.7 + 0.2*t)"});
+  if (rng.Below(2) == 0) functions.parts.emplace_back(ExpressionMetric{"40 + 30*y", "5", "30"});
+  functions.before_count = rng.Below(functions.parts.size() + 1);
+  functions.time = rng.Unit();
+  return functions;
+}
+
 /// All off, or some.
 MetricLimits RandomLimits(Rng& rng) {
   MetricLimits limits;
@@ -136,7 +147,7 @@ std::unique_ptr<Remesher> SessionScript::Start() const {
 MeshDiff SessionScript::Run(Remesher& session, int n) const {
   Rng rng(seed_ * 1000 + static_cast<std::uint64_t>(n));
   const Mesh& mesh = session.mesh();
-  const std::uint64_t kind = n == 1 ? 3 : rng.Below(6);
+  const std::uint64_t kind = n == 1 ? 3 : rng.Below(8);
   if (kind == 0) {
     Expect(session.SetMetric(RandomSpec(mesh, rng)));
   } else if (kind == 1) {
@@ -155,6 +166,17 @@ MeshDiff SessionScript::Run(Remesher& session, int n) const {
     Expect(session.SetTensors({}, RandomTensors(mesh, all, rng)));
   } else if (kind == 4) {
     Expect(session.SetLimits(RandomLimits(rng)));
+  } else if (kind == 6) {
+    const std::vector<VertexId> all = testing::LiveVertices(mesh);
+    Expect(session.SetTensors({}, RandomTensors(mesh, all, rng), session.limits(),
+                              RandomFunctions(rng)));
+  } else if (kind == 7) {
+    FunctionsSpec functions = RandomFunctions(rng);
+    if (session.functions() != nullptr && rng.Below(2) == 0) {
+      functions = *session.functions();
+      functions.time = rng.Unit();
+    }
+    Expect(session.SetFunctions(functions, session.limits()));
   }
   if (n > 1 && rng.Below(3) == 0) MoveRandomly(session, rng);
   if (n > 1 && rng.Below(3) == 0) {

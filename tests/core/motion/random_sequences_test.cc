@@ -202,7 +202,13 @@ class RandomSession {
       vertices.push_back(id);
       tensors.push_back(kind == 2 ? RandomTensor() : Metric{1 / (h * h), 0, 1 / (h * h)});
     }
-    if (!vertices.empty()) Expect(remesher_->SetTensors(vertices, tensors));
+    if (vertices.empty()) return;
+    if (remesher_->revision() == Revision::kNone || rng_.Below(3) != 0) {
+      return Expect(remesher_->SetTensors(vertices, tensors));
+    }
+    const FunctionsSpec functions{.parts = {SizeMetric{"0.05 + 0.3*abs(x - y)"}},
+                                  .time = rng_.Unit()};
+    Expect(remesher_->SetTensors(vertices, tensors, remesher_->limits(), functions));
   }
 
   void Move() {
