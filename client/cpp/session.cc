@@ -134,6 +134,7 @@ std::int32_t Session::Impl::StagedCountAt(const v1::Opened& opened) const {
 }
 
 Status Session::Impl::Reopen() {
+  PLIANT_RETURN_IF_ERROR(CheckFree());
   outage_.End();
   Status status = Open();
   while (!status.ok() && status.error().code == ErrorCode::kUnavailable && Pause()) {
@@ -301,7 +302,16 @@ Status Session::Impl::AwaitAllBut(std::size_t count) {
   return {};
 }
 
+Status Session::Impl::CheckFree() const {
+  if (!advances_) return {};
+  return Error{.code = ErrorCode::kProtocolOrder,
+               .message =
+                   "an advance of this session runs, and this is one of its callbacks: Cancel and "
+                   "looking at things are possible here; do the rest when it returns"};
+}
+
 Status Session::Impl::BeginCall() {
+  PLIANT_RETURN_IF_ERROR(CheckFree());
   outage_.End();
   if (!is_open()) return {};
   if (must_discard_) PLIANT_RETURN_IF_ERROR(EmptyStage());
@@ -309,6 +319,7 @@ Status Session::Impl::BeginCall() {
 }
 
 Status Session::Impl::Await() {
+  if (advances_) return {};
   PLIANT_RETURN_IF_ERROR(BeginCall());
   if (!is_open()) return {};  // Reopen is to tell what has become of it.
   return AwaitAllBut(0);
@@ -350,6 +361,7 @@ Status Session::Impl::Update(const MakeRequest& make) {
 }
 
 Status Session::Impl::Discard() {
+  PLIANT_RETURN_IF_ERROR(CheckFree());
   outage_.End();
   PLIANT_RETURN_IF_ERROR(EmptyStage());
   tells_loss_ = false;
@@ -385,7 +397,9 @@ Result<AdvanceReport> Session::Impl::Advance(const AdvanceOptions& options,
                                              const OnChange& on_change) {
   PLIANT_RETURN_IF_ERROR(BeginCall());
   on_change_ = on_change;
+  advances_ = true;
   Result<AdvanceReport> report = AdvanceWithParts(options, on_progress);
+  advances_ = false;
   on_change_ = {};
   const std::lock_guard lock(write_mutex_);
   advance_id_ = 0;
@@ -472,18 +486,9 @@ void Session::SetAnswers(Answers answers) { impl_->SetAnswers(answers); }
 Status Session::Reopen() { return impl_->Reopen(); }
 
 Status Session::Resync() {
+  PLIANT_RETURN_IF_ERROR(impl_->CheckFree());
   impl_->ForgetReplica();
   return impl_->Reopen();
-}
-
-Result<MeshReplica> Session::GetMesh() {
-  PLIANT_RETURN_IF_ERROR(impl_->Await());
-  return impl_->connection().GetMesh(impl_->id(), Parts::kMesh);
-}
-
-Result<Quality> Session::GetQuality() {
-  PLIANT_RETURN_IF_ERROR(impl_->Await());
-  return impl_->connection().GetQuality(impl_->id());
 }
 
 }  // namespace pliant::client

@@ -114,10 +114,11 @@ class Session {
   /// without a limit that a server has ended which shuts down goes on when there is a server again,
   /// within ConnectOptions::reconnect_max; the report is that of all its parts.
   ///
-  /// @param on_progress  called on this thread every AdvanceOptions::progress_interval; may call
-  ///                     Cancel. Empty: no progress is asked for.
+  /// @param on_progress  called on this thread every AdvanceOptions::progress_interval. Empty: no
+  ///                     progress is asked for.
   /// @param on_change    called on this thread with every diff, or snapshot, that has come, the
-  ///                     last included; the replica has followed it. May call Cancel.
+  ///                     last included; the replica has followed it.
+  /// Both may look at the session and Cancel; what changes it is refused there: kProtocolOrder.
   /// Errors: kUpdateRejected, kExpressionValue, kReplicaMismatch (Resync is the way out), and
   /// those of the connection.
   Result<AdvanceReport> Advance(const AdvanceOptions& options = {},

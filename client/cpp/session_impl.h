@@ -42,8 +42,10 @@ class Session::Impl {
   void Close();
   void ForgetReplica() { replica_ = {}; }
   void SetAnswers(Answers answers) { answers_ = answers; }
-  /// Reads the answers to all that was sent ahead.
+  /// Reads the answers to all that was sent ahead. In a callback, whose advance does that: nothing.
   Status Await();
+  /// Refuses what a callback of a running advance must not do.
+  [[nodiscard]] Status CheckFree() const;
 
   using OnProgress = std::function<void(const AdvanceProgress&)>;
   using OnChange = std::function<void(const MeshDiff&)>;
@@ -123,6 +125,7 @@ class Session::Impl {
   std::deque<Sent> unanswered_;
   std::optional<Error> refusal_;  ///< Of the first update of this step that was sent ahead in vain.
   OnChange on_change_;            ///< Of the running advance, or empty.
+  bool advances_ = false;         ///< An advance runs; who calls is one of its callbacks.
   Outage outage_;
   Outage::Clock::time_point opened_at_;
 

@@ -156,6 +156,16 @@ Result<std::string> Session::Fork(Revision revision, const std::string& wished_i
   return response.session().session_id();
 }
 
+Result<MeshReplica> Session::GetMesh() {
+  PLIANT_RETURN_IF_ERROR(impl_->Await());
+  return impl_->connection().GetMesh(impl_->id(), Parts::kMesh);
+}
+
+Result<Quality> Session::GetQuality() {
+  PLIANT_RETURN_IF_ERROR(impl_->Await());
+  return impl_->connection().GetQuality(impl_->id());
+}
+
 const MeshDiff& Session::last_change() const { return impl_->last_change(); }
 
 }  // namespace pliant::client

@@ -8,6 +8,7 @@
 #include <limits>
 #include <memory>
 #include <random>
+#include <set>
 #include <string>
 
 #include "client/cpp/client.h"
@@ -423,6 +424,33 @@ TEST_F(LiveServer, CancelEndsAnAdvanceWithAValidRevision) {
   EXPECT_EQ(report->stop, AdvanceStop::kCancelled);
   EXPECT_GT(visits, 0);
   EXPECT_GT(report->active_count, 0);
+  EXPECT_TRUE(SameMesh(session->replica(), *session->GetMesh()));
+}
+
+// Goal: a callback that changes its own session is told so, and the advance goes on as it was.
+TEST_F(LiveServer, CallbacksLookAndCancelAndDoNothingElse) {
+  const auto session = Create(Plate(), Size("0.002"));
+  AdvanceOptions options;
+  options.progress_interval = std::chrono::milliseconds(10);
+  std::set<ErrorCode> codes;
+  int seen_count = 0;
+  const auto meddle = [&] {
+    for (const Status& status :
+         {session->UpdateMetric(Size("0.1")), session->Discard(), session->Reopen(),
+          session->Resync(), Status(session->Advance().error())}) {
+      codes.insert(status.ok() ? ErrorCode::kInternal : status.error().code);
+    }
+    ++seen_count;
+    session->Cancel();
+  };
+  const auto report = session->Advance(
+      options, [&](const AdvanceProgress&) { meddle(); }, [&](const MeshDiff&) { meddle(); });
+  ASSERT_TRUE(report.ok()) << report.error().message;
+  EXPECT_GE(seen_count, 2);
+  EXPECT_EQ(codes, std::set{ErrorCode::kProtocolOrder});
+  EXPECT_EQ(report->stop, AdvanceStop::kCancelled);
+  ASSERT_TRUE(session->UpdateMetric(Size("0.1")).ok());
+  ASSERT_TRUE(session->Advance().ok());
   EXPECT_TRUE(SameMesh(session->replica(), *session->GetMesh()));
 }
 
