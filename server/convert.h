@@ -33,10 +33,6 @@ namespace pliant::server {
 /// At most kLabelsMax, keys and values not too long. Error: kTooLarge.
 [[nodiscard]] Status CheckLabels(const std::map<std::string, std::string>& labels);
 
-/// The metric's part of an update. Tensors and expressions are checked by the engine, revisions by
-/// the session. Errors: those of arrays, kEmpty, kTooLarge, kUnimplemented.
-[[nodiscard]] Result<MetricUpdate> ConvertMetricUpdate(const v1::MetricUpdate& update);
-
 /// Errors: kOutOfRange, kUnimplemented.
 [[nodiscard]] Result<AdvanceSpec> ConvertAdvance(const v1::Advance& advance);
 

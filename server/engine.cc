@@ -73,15 +73,21 @@ class RemesherEngine final : public Engine {
     return remesher_->SetMetric(metric);
   }
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
-                    const MetricLimits& limits) override {
+                    const TensorTerms& terms) override {
     has_updates_ = true;
-    return remesher_->SetTensors(vertices, tensors, limits);
+    if (!terms.functions) return remesher_->SetTensors(vertices, tensors, terms.limits);
+    return remesher_->SetTensors(vertices, tensors, terms.limits, *terms.functions);
   }
   Status SetLimits(const MetricLimits& limits) override {
     has_updates_ = true;
     return remesher_->SetLimits(limits);
   }
+  Status SetFunctions(const FunctionsSpec& functions, const MetricLimits& limits) override {
+    has_updates_ = true;
+    return remesher_->SetFunctions(functions, limits);
+  }
   MetricLimits limits() const override { return remesher_->limits(); }
+  const FunctionsSpec* functions() const override { return remesher_->functions(); }
   void ListenTo(const StopSignal* stop) override { remesher_->ListenTo(stop); }
   Result<MotionReport> Move(const MotionRequest& request) override {
     has_updates_ = true;
@@ -102,7 +108,7 @@ class RemesherEngine final : public Engine {
   std::vector<Trouble> FindTroubles(const TroubleSearch& search) const override {
     return remesher_->FindTroubles(search);
   }
-  Status SetSolution(const SolutionRequest& request, const MetricLimits& limits) override {
+  Status SetSolution(const SolutionRequest& request, const TensorTerms& terms) override {
     has_updates_ = true;
     const ExportedMesh mesh = ExportMesh(remesher_->mesh());
     std::vector<double> stored;
@@ -123,12 +129,12 @@ class RemesherEngine final : public Engine {
       }
     }
     SolutionTarget target = request.target;
-    target.bounds = limits.bounds;
+    target.bounds = terms.limits.bounds;
     PLIANT_ASSIGN_OR_RETURN(
         const std::vector<Metric> tensors,
         MetricOfSolution(
             mesh.data, ColumnsOf(request.values ? *request.values : stored, column_count), target));
-    Status set = remesher_->SetTensors({}, tensors, limits);
+    Status set = SetTensors({}, tensors, terms);
     if (set.ok() || set.error().field.rfind("metric.tensors", 0) != 0) return set;
     // The client has sent values, not tensors.
     Error error = set.error();
@@ -224,6 +230,10 @@ Quality MeasureQuality(const Engine& engine, MetricBasis basis) {
 
 Status Engine::ReplaceDomain(const Domain&) {
   return Error{ErrorCode::kUnimplemented, "this engine keeps its domain", {}};
+}
+
+Status Engine::SetFunctions(const FunctionsSpec&, const MetricLimits&) {
+  return Error{ErrorCode::kUnimplemented, "this engine has no functions beside tensors", {}};
 }
 
 Status Engine::Displace(std::span<const VertexId>, std::span<const Vec2>) {

@@ -14,6 +14,7 @@
 #include "core/geometry/domain.h"
 #include "core/geometry/mesh_data.h"
 #include "core/mesh/mesh_diff.h"
+#include "core/metric/metric_functions.h"
 #include "core/metric/metric_spec.h"
 #include "core/metric/solution_metric.h"
 #include "core/motion/motion.h"
@@ -41,6 +42,13 @@ struct SolutionRequest {
   SolutionTarget target = {};
 };
 
+/// What holds for tensors at vertices.
+struct TensorTerms {
+  MetricLimits limits = {};
+  /// Beside them from now on; absent: none, or, for tensors at some vertices, those that hold.
+  std::optional<FunctionsSpec> functions = {};
+};
+
 /// Which metric a mesh is measured with: the one it follows, or the one that was sent.
 enum class MetricBasis { kLimited, kRaw };
 
@@ -63,11 +71,15 @@ class Engine {
  public:
   virtual ~Engine() = default;
   virtual Status SetMetric(const MetricSpec& metric) = 0;
-  /// Tensors with these limits; limits() are those that hold. No vertices: all of them.
+  /// Tensors on these terms; limits() and functions() are those that hold. No vertices: all of
+  /// them.
   virtual Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
-                            const MetricLimits& limits) = 0;
+                            const TensorTerms& terms) = 0;
   virtual Status SetLimits(const MetricLimits& limits) = 0;
+  /// Functions beside the tensors that vertices have. An engine that knows none says so.
+  virtual Status SetFunctions(const FunctionsSpec& functions, const MetricLimits& limits);
   [[nodiscard]] virtual MetricLimits limits() const = 0;
+  [[nodiscard]] virtual const FunctionsSpec* functions() const { return nullptr; }
   /// Who may end SetMetric, SetTensors and SetSolution before they take anything over; they then
   /// return kCancelled. Not owned; null: nobody. An engine that cannot be ended does nothing.
   virtual void ListenTo(const StopSignal* stop) { (void)stop; }
@@ -83,9 +95,9 @@ class Engine {
   /// What to look at, before a commit, and the look, right after it.
   [[nodiscard]] virtual TroubleSearch WhereTroublesMayBe() const = 0;
   [[nodiscard]] virtual std::vector<Trouble> FindTroubles(const TroubleSearch& search) const = 0;
-  /// Tensors at all vertices, from a solution, with these limits. Errors: those of MetricOfSolution
+  /// Tensors at all vertices, from a solution, on these terms. Errors: those of MetricOfSolution
   /// and SetTensors; kOutOfRange if there is no nodal field of that name.
-  virtual Status SetSolution(const SolutionRequest& request, const MetricLimits& limits) = 0;
+  virtual Status SetSolution(const SolutionRequest& request, const TensorTerms& terms) = 0;
   virtual Status SetFields(const FieldUpdate& update) = 0;
   /// An engine that knows neither says so.
   virtual Status SetConstraints(const Constraints& constraints);

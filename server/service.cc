@@ -287,6 +287,7 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
                                  "metric.background",
                                  "metric.grid",
                                  "metric.intersection",
+                                 "metric.beside_tensors",
                                  "metric.solution",
                                  "metric.displacement",
                                  "limits.size_min",

@@ -74,6 +74,8 @@ struct MetricUpdate {
   std::variant<std::monostate, ExpressionMetric, SizeMetric, BackgroundMetric, IntersectedMetric,
                VertexTensors, SolutionRequest>
       source = {};
+  /// Beside tensors or a solution; the time is that of the update.
+  std::optional<FunctionsSpec> functions = {};
   std::optional<double> time = {};
   std::optional<double> size_min = {};
   std::optional<double> size_max = {};

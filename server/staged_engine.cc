@@ -206,10 +206,34 @@ Status StagedEngine::SetSource(const MetricUpdate& update) {
   const SolutionRequest* const solution = std::get_if<SolutionRequest>(&update.source);
   const bool keeps_tensors = keeps_source && spec_ == nullptr;
   if (tensors == nullptr && solution == nullptr && !keeps_tensors) return SetSpec(update);
-  if (update.time) return TimeOfTensors();
-  if (tensors != nullptr) return SetTensors(*tensors, limits);
-  if (solution != nullptr) return SetSolution(*solution, limits);
-  return engine_->SetLimits(limits);
+  PLIANT_ASSIGN_OR_RETURN(const std::optional<FunctionsSpec> functions, FunctionsOf(update));
+  if (tensors != nullptr) return SetTensors(*tensors, {limits, functions});
+  if (solution != nullptr) return SetSolution(*solution, {limits, functions});
+  return functions ? engine_->SetFunctions(*functions, limits) : engine_->SetLimits(limits);
+}
+
+/// What an update of values at vertices wants beside them, if it says so: functions, or only
+/// another time for those that stay.
+Result<std::optional<FunctionsSpec>> StagedEngine::FunctionsOf(const MetricUpdate& update) const {
+  std::optional<FunctionsSpec> functions = update.functions;
+  const FunctionsSpec* const held = engine_->functions();
+  if (functions) {
+    functions->time = TimeNow();
+  } else if (update.time) {
+    const VertexTensors* const tensors = std::get_if<VertexTensors>(&update.source);
+    const bool keeps_them = std::holds_alternative<std::monostate>(update.source) ||
+                            (tensors != nullptr && tensors->vertices);
+    if (held == nullptr || !keeps_them) return TimeOfTensors();
+    functions = *held;
+  }
+  if (functions) Replace(update.time, functions->time);
+  return functions;
+}
+
+/// The value of t in expressions, as long as no update gives another one.
+double StagedEngine::TimeNow() const {
+  if (spec_ != nullptr) return spec_->time;
+  return engine_->functions() != nullptr ? engine_->functions()->time : 0;
 }
 
 /// Carried out at once, so that what is sent with it is laid on the mesh as it is then.
@@ -318,19 +342,19 @@ Status StagedEngine::CheckRevision(Revision wanted, const std::string& field) co
 }
 
 /// The limits that hold are laid on the result, with which it still has the wanted complexity.
-Status StagedEngine::SetSolution(const SolutionRequest& request, const MetricLimits& limits) {
+Status StagedEngine::SetSolution(const SolutionRequest& request, const TensorTerms& terms) {
   if (revision() == Revision::kNone) {
     return Error{ErrorCode::kRevisionMismatch,
                  "the session has no revision yet, so it has no vertices where a solution could "
                  "be known: advance first",
                  "metric.solution"};
   }
-  PLIANT_RETURN_IF_ERROR(engine_->SetSolution(request, limits));
+  PLIANT_RETURN_IF_ERROR(engine_->SetSolution(request, terms));
   spec_ = nullptr;
   return {};
 }
 
-Status StagedEngine::SetTensors(const VertexTensors& tensors, const MetricLimits& limits) {
+Status StagedEngine::SetTensors(const VertexTensors& tensors, const TensorTerms& terms) {
   const auto current = static_cast<std::int64_t>(revision());
   if (revision() == Revision::kNone) {
     return Error{ErrorCode::kRevisionMismatch,
@@ -346,12 +370,16 @@ Status StagedEngine::SetTensors(const VertexTensors& tensors, const MetricLimits
   }
   // For the engine no vertices means all of them; from a client an empty list is an empty list.
   if (tensors.vertices && tensors.vertices->empty()) {
-    if (limits == engine_->limits()) return {};
-    PLIANT_RETURN_IF_ERROR(engine_->SetLimits(limits));
+    if (terms.functions) {
+      PLIANT_RETURN_IF_ERROR(engine_->SetFunctions(*terms.functions, terms.limits));
+    } else {
+      if (terms.limits == engine_->limits()) return {};
+      PLIANT_RETURN_IF_ERROR(engine_->SetLimits(terms.limits));
+    }
   } else {
     const std::vector<VertexId> all;
     PLIANT_RETURN_IF_ERROR(
-        engine_->SetTensors(tensors.vertices ? *tensors.vertices : all, tensors.tensors, limits));
+        engine_->SetTensors(tensors.vertices ? *tensors.vertices : all, tensors.tensors, terms));
   }
   spec_ = nullptr;
   return {};
@@ -360,6 +388,7 @@ Status StagedEngine::SetTensors(const VertexTensors& tensors, const MetricLimits
 Status StagedEngine::SetSpec(const MetricUpdate& update) {
   MetricSpec spec;
   if (spec_ != nullptr) spec = *spec_;
+  spec.time = TimeNow();
   std::visit(
       [&](const auto& source) {
         using Source = std::decay_t<decltype(source)>;

@@ -113,10 +113,12 @@ class StagedEngine {
   void EndStage();
   Status SetSpec(const MetricUpdate& update);
   Status SetSource(const MetricUpdate& update);
-  Status SetTensors(const VertexTensors& tensors, const MetricLimits& limits);
+  Status SetTensors(const VertexTensors& tensors, const TensorTerms& terms);
+  [[nodiscard]] double TimeNow() const;
+  [[nodiscard]] Result<std::optional<FunctionsSpec>> FunctionsOf(const MetricUpdate& update) const;
   Status Move(const MotionUpdate& update);
   Status Displace(const DisplacementUpdate& displacement);
-  Status SetSolution(const SolutionRequest& request, const MetricLimits& limits);
+  Status SetSolution(const SolutionRequest& request, const TensorTerms& terms);
   [[nodiscard]] Status CheckRevision(Revision revision, const std::string& field) const;
 
   EngineFactory factory_;

@@ -36,7 +36,8 @@ std::span<const T> View(const std::vector<T>& rows) {
   return rows;
 }
 
-void SetSource(const ExpressionMetric& metric, v1::MetricSource& source) {
+void SetSource(const ExpressionMetric& metric, v1::MetricSource& source,
+               ColumnWriter& /*columns*/) {
   source.mutable_expression()->set_m11(metric.m11);
   source.mutable_expression()->set_m12(metric.m12);
   source.mutable_expression()->set_m22(metric.m22);
@@ -243,17 +244,33 @@ v1::MetricLimits ToWire(const MetricLimits& limits) {
   return message;
 }
 
+namespace {
+
+void SetSource(const SizeMetric& size, v1::MetricSource& source, ColumnWriter& /*columns*/) {
+  source.mutable_size()->set_size(size.size);
+}
+
+void SetSource(const BackgroundMetric& background, v1::MetricSource& source,
+               ColumnWriter& columns) {
+  v1::BackgroundMetric& to = *source.mutable_background();
+  *to.mutable_mesh() = ToWire(background.mesh, columns);
+  *to.mutable_tensors() = Tensors(background.tensors, columns);
+}
+
+void SetSource(const VertexTensors& update, v1::MetricSource& source, ColumnWriter& columns) {
+  v1::VertexMetric& vertices = *source.mutable_vertices();
+  vertices.set_revision(static_cast<std::int64_t>(update.revision));
+  if (!update.vertices.empty() || update.none) {
+    *vertices.mutable_vertex_ids() = Numbers(update.vertices, columns);
+  }
+  *vertices.mutable_tensors() = Tensors(update.tensors, columns);
+}
+
+}  // namespace
+
 v1::MetricUpdate ToWire(const MetricSpec& metric, ColumnWriter& columns) {
   v1::MetricUpdate message;
-  const auto add = Overloaded{
-      [&](const ExpressionMetric& expression) { SetSource(expression, *message.add_sources()); },
-      [&](const SizeMetric& size) { message.add_sources()->mutable_size()->set_size(size.size); },
-      [&](const BackgroundMetric& background) {
-        v1::BackgroundMetric& to = *message.add_sources()->mutable_background();
-        *to.mutable_mesh() = ToWire(background.mesh, columns);
-        *to.mutable_tensors() = Tensors(background.tensors, columns);
-      },
-  };
+  const auto add = [&](const auto& source) { SetSource(source, *message.add_sources(), columns); };
   std::visit(
       Overloaded{
           [&](const IntersectedMetric& intersected) {
@@ -269,10 +286,17 @@ v1::MetricUpdate ToWire(const MetricSpec& metric, ColumnWriter& columns) {
 
 v1::MetricUpdate ToWire(const VertexTensors& update, ColumnWriter& columns) {
   v1::MetricUpdate message;
-  v1::VertexMetric& vertices = *message.add_sources()->mutable_vertices();
-  vertices.set_revision(static_cast<std::int64_t>(update.revision));
-  if (!update.vertices.empty()) *vertices.mutable_vertex_ids() = Numbers(update.vertices, columns);
-  *vertices.mutable_tensors() = Tensors(update.tensors, columns);
+  const FunctionsSpec* const functions = update.functions;
+  const std::size_t count = functions == nullptr ? 0 : functions->parts.size();
+  for (std::size_t i = 0; i <= count; ++i) {
+    if (functions == nullptr || i == functions->before_count) {
+      SetSource(update, *message.add_sources(), columns);
+    }
+    if (i == count) break;
+    std::visit([&](const auto& part) { SetSource(part, *message.add_sources(), columns); },
+               functions->parts[i]);
+  }
+  if (functions != nullptr) message.set_time(functions->time);
   return message;
 }
 

@@ -9,6 +9,7 @@
 #include "client/cpp/types.h"
 #include "core/base/result.h"
 #include "core/mesh/mesh_diff.h"
+#include "core/metric/metric_functions.h"
 #include "core/metric/metric_spec.h"
 #include "core/pliant/quality.h"
 #include "pliant/v1/edit.pb.h"
@@ -34,8 +35,10 @@ namespace pliant::client {
 /// Tensors at vertices of one revision; an empty `vertices` means all live ones.
 struct VertexTensors {
   Revision revision = Revision::kNone;
-  std::span<const VertexId> vertices;
-  std::span<const Metric> tensors;
+  std::span<const VertexId> vertices = {};
+  std::span<const Metric> tensors = {};
+  const FunctionsSpec* functions = nullptr;  ///< Beside them; null: nothing is said of them.
+  bool none = false;                         ///< An empty `vertices` means none.
 };
 [[nodiscard]] v1::MetricUpdate ToWire(const VertexTensors& update, wire::ColumnWriter& columns);
 

@@ -12,6 +12,7 @@
 #include "core/base/result.h"
 #include "core/geometry/domain.h"
 #include "core/mesh/mesh_diff.h"
+#include "core/metric/metric_functions.h"
 #include "core/metric/metric_spec.h"
 #include "core/motion/motion.h"
 #include "core/pliant/frozen.h"
@@ -64,13 +65,23 @@ class Session {
   Status UpdateMetric(const MetricSpec& metric);
 
   /// Stages tensors at vertices of the replica's revision; the others keep theirs. An empty
-  /// `vertices` means all live vertices in ascending order of slot. Errors: kArrayLength,
+  /// `vertices` means all live vertices in ascending order of slot, and ends functions beside the
+  /// tensors, which else stay. Errors: kArrayLength,
   /// kIndexOutOfRange, kDuplicateId, kNotFinite, kNotPositiveDefinite (index = row),
   /// kRevisionMismatch; kOutOfRange for limits.
   /// @param limits  of these tensors and of those that vertices have, from now on; absent: as
   /// before
   Status UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
                        const std::optional<MetricLimits>& limits = std::nullopt);
+
+  /// The same, intersected with functions of place from now on: see VertexMetric of the protocol.
+  /// Errors: also those of MakeMetricField for each function.
+  Status UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                       const FunctionsSpec& functions,
+                       const std::optional<MetricLimits>& limits = std::nullopt);
+  /// Stages other functions, or another time of theirs, for the tensors that vertices have.
+  Status UpdateFunctions(const FunctionsSpec& functions,
+                         const std::optional<MetricLimits>& limits = std::nullopt);
 
   /// Stages other limits of the same metric, whatever it comes from. What bounds have cut off
   /// tensors at vertices is lost. Errors: kOutOfRange.

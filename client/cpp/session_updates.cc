@@ -10,6 +10,22 @@
 
 namespace pliant::client {
 
+namespace {
+
+/// @param update  of the replica's revision, whatever it says
+template <class Impl>
+Status SendTensors(Impl& session, VertexTensors update, const std::optional<MetricLimits>& limits) {
+  update.revision = session.replica().revision();
+  return session.Update([&](wire::ColumnWriter& columns) {
+    v1::EditRequest request;
+    *request.mutable_metric() = ToWire(update, columns);
+    if (limits) *request.mutable_metric()->mutable_limits() = ToWire(*limits);
+    return request;
+  });
+}
+
+}  // namespace
+
 Status Session::UpdateMetric(const MetricSpec& metric) {
   return impl_->Update([&](wire::ColumnWriter& columns) {
     v1::EditRequest request;
@@ -20,14 +36,19 @@ Status Session::UpdateMetric(const MetricSpec& metric) {
 
 Status Session::UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
                               const std::optional<MetricLimits>& limits) {
-  const VertexTensors update{
-      .revision = impl_->replica().revision(), .vertices = vertices, .tensors = tensors};
-  return impl_->Update([&](wire::ColumnWriter& columns) {
-    v1::EditRequest request;
-    *request.mutable_metric() = ToWire(update, columns);
-    if (limits) *request.mutable_metric()->mutable_limits() = ToWire(*limits);
-    return request;
-  });
+  return SendTensors(*impl_, {.vertices = vertices, .tensors = tensors}, limits);
+}
+
+Status Session::UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
+                              const FunctionsSpec& functions,
+                              const std::optional<MetricLimits>& limits) {
+  return SendTensors(*impl_, {.vertices = vertices, .tensors = tensors, .functions = &functions},
+                     limits);
+}
+
+Status Session::UpdateFunctions(const FunctionsSpec& functions,
+                                const std::optional<MetricLimits>& limits) {
+  return SendTensors(*impl_, {.functions = &functions, .none = true}, limits);
 }
 
 Status Session::UpdateLimits(const MetricLimits& limits) {

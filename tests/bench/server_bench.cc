@@ -364,7 +364,7 @@ json Cancels(double nodes, int trials) {
   stage("stage_formula", [&] { return engine->SetMetric(DentedFormula(nodes)); });
   stage("stage_limits", [&] { return engine->SetMetric(Limited(DentedFormula(nodes))); });
   stage("stage_all_tensors",
-        [&] { return engine->SetTensors(vertices, tensors, engine->limits()); });
+        [&] { return engine->SetTensors(vertices, tensors, {engine->limits()}); });
   const MotionRequest shake = Shake(engine->Snapshot(), 0.05 * SizeFor(nodes));
   stage("move_nodes", [&] { return engine->Move(shake); });
   stage("move_boundary", [&] { return engine->Move(PushedSide(nodes)); });
@@ -420,7 +420,7 @@ json Stretches(double nodes) {
   const std::vector<VertexId> vertices = engine->Vertices();
   const std::vector<Metric> tensors(vertices.size(), Metric::Isotropic(0.98 * SizeFor(nodes)));
   time("stage_all_tensors_ms",
-       [&] { Must(engine->SetTensors(vertices, tensors, engine->limits())); });
+       [&] { Must(engine->SetTensors(vertices, tensors, {engine->limits()})); });
   run("tensors");
   time("snapshot_ms", [&] { (void)engine->Snapshot(); });
   return {{"phases", phases}};

@@ -281,8 +281,8 @@ class EngineWithBugs final : public server::Engine {
 
   Status SetMetric(const MetricSpec& metric) override { return engine_->SetMetric(metric); }
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
-                    const MetricLimits& limits) override {
-    return engine_->SetTensors(vertices, tensors, limits);
+                    const server::TensorTerms& terms) override {
+    return engine_->SetTensors(vertices, tensors, terms);
   }
   Status SetLimits(const MetricLimits& limits) override { return engine_->SetLimits(limits); }
   MetricLimits limits() const override { return engine_->limits(); }
@@ -294,8 +294,9 @@ class EngineWithBugs final : public server::Engine {
   std::vector<Trouble> FindTroubles(const TroubleSearch& search) const override {
     return engine_->FindTroubles(search);
   }
-  Status SetSolution(const server::SolutionRequest& request, const MetricLimits& limits) override {
-    return engine_->SetSolution(request, limits);
+  Status SetSolution(const server::SolutionRequest& request,
+                     const server::TensorTerms& terms) override {
+    return engine_->SetSolution(request, terms);
   }
   Status SetFields(const FieldUpdate& update) override { return engine_->SetFields(update); }
   void Rollback() override { engine_->Rollback(); }

@@ -205,7 +205,7 @@ TEST(ConvertCreate, SaysWhatIsNotImplementedInsteadOfIgnoringIt) {
   ExpectRefused(with([](auto& c) { c.mutable_metric()->mutable_sources(0)->mutable_distance(); }),
                 ErrorCode::kUnimplemented, "metric.sources");
   ExpectRefused(with([](auto& c) { c.mutable_metric()->add_sources()->mutable_vertices(); }),
-                ErrorCode::kUnimplemented, "metric.sources");
+                ErrorCode::kProtocolOrder, "metric.sources");
   ExpectRefused(with([](auto& c) { c.mutable_options()->set_history_bytes_max(1); }),
                 ErrorCode::kUnimplemented, "options.history_bytes_max");
   ExpectRefused(
@@ -247,46 +247,6 @@ TEST(ConvertCreate, TakesSizesAtTheirBoundAndNotOneMore) {
   EXPECT_TRUE(ConvertCreate(create, kLimits).ok());
   create.mutable_options()->set_vertices_max(3);
   ExpectRefused(create, ErrorCode::kTooLarge, "domain.points");
-}
-
-TEST(ConvertMetricUpdate, ReadsTensorsByVertexAndOfAll) {
-  v1::MetricUpdate wire;
-  v1::VertexMetric& vertices = *wire.add_sources()->mutable_vertices();
-  vertices.set_revision(4);
-  *vertices.mutable_vertex_ids() = Ints({9, 3});
-  *vertices.mutable_tensors() = Doubles({1, 0, 2, 3, 0, 4}, 3);
-  Result<MetricUpdate> update = ConvertMetricUpdate(wire);
-  ASSERT_TRUE(update.ok());
-  const VertexTensors* tensors = std::get_if<VertexTensors>(&update->source);
-  ASSERT_NE(tensors, nullptr);
-  EXPECT_EQ(tensors->revision, Revision(4));
-  EXPECT_EQ(*tensors->vertices, (std::vector<VertexId>{VertexId(9), VertexId(3)}));
-  EXPECT_EQ(tensors->tensors[1], (Metric{3, 0, 4}));
-
-  vertices.clear_vertex_ids();
-  update = ConvertMetricUpdate(wire);
-  ASSERT_TRUE(update.ok());
-  EXPECT_FALSE(std::get<VertexTensors>(update->source).vertices.has_value());
-
-  *vertices.mutable_vertex_ids() = Ints({9});
-  update = ConvertMetricUpdate(wire);
-  ASSERT_FALSE(update.ok());
-  EXPECT_EQ(update.error().code, ErrorCode::kArrayLength);
-  EXPECT_EQ(update.error().field, "metric.tensors");
-}
-
-TEST(ConvertMetricUpdate, ReadsOnlyWhatChanges) {
-  v1::MetricUpdate wire;
-  wire.set_time(3);
-  wire.mutable_limits()->set_size_max(0.5);
-  const Result<MetricUpdate> update = ConvertMetricUpdate(wire);
-  ASSERT_TRUE(update.ok());
-  EXPECT_TRUE(std::holds_alternative<std::monostate>(update->source));
-  EXPECT_EQ(update->time, 3);
-  EXPECT_EQ(update->size_max, 0.5);
-  EXPECT_FALSE(update->size_min.has_value());
-  wire.set_time(NAN);
-  EXPECT_EQ(ConvertMetricUpdate(wire).error().code, ErrorCode::kNotFinite);
 }
 
 TEST(ConvertAdvance, ReadsBudgetsAndRefusesThoseOutOfRange) {

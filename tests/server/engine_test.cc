@@ -162,6 +162,32 @@ TEST(Engine, FollowsASolutionByValuesAndByName) {
   EXPECT_EQ(hashes[0], hashes[1]);
 }
 
+// Goal: a solution's metric holds together with a function of place.
+TEST(Engine, FollowsASolutionBesideAFunction) {
+  auto engine = *RemesherFactory()(Square());
+  ASSERT_TRUE(engine->Step({}).ok());
+  const MeshDiff first = engine->Commit();
+  SolutionRequest request{.name = {}, .target = {.target = TargetComplexity{100}}};
+  request.values.emplace();
+  for (const Vec2 p : first.vertex_positions) request.values->push_back(p.x * p.x * p.x);
+  const FunctionsSpec fine{.parts = {SizeMetric{"y < 0.2 ? 0.02 : 1"}}};
+  MetricLimits limits = engine->limits();
+  limits.gradation.automatic = false;
+  ASSERT_TRUE(engine->SetSolution(request, {limits, fine}).ok());
+  ASSERT_NE(engine->functions(), nullptr);
+  EXPECT_EQ(*engine->functions(), fine);
+  ASSERT_TRUE(engine->Step({}).ok());
+  const std::int32_t fine_count = engine->Commit().summary.vertex_count;
+  EXPECT_GT(fine_count, 400);
+  request.values.reset();
+  EXPECT_EQ(engine->SetSolution(request, {}).error().code, ErrorCode::kOutOfRange);
+  ASSERT_TRUE(engine->SetFunctions({.parts = {SizeMetric{"1"}}}, limits).ok());
+  ASSERT_TRUE(engine->Step({}).ok());
+  const std::int32_t count = engine->Commit().summary.vertex_count;
+  EXPECT_GT(count, 80) << "the solution's tensors are still there";
+  EXPECT_LT(count, fine_count / 2);
+}
+
 // Goal: threads are used for a mesh that is large enough, and no bit depends on them.
 TEST(Engine, GivesTheSameMeshWithThreads) {
   EngineInput input = Square();

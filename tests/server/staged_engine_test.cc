@@ -258,6 +258,42 @@ TEST(StagedEngine, KnowsNoTimeOfTensors) {
   EXPECT_EQ(status.error().field, "metric.time");
 }
 
+FunctionsSpec OneFunction() { return {.parts = {SizeMetric{"0.1 + t"}}, .before_count = 1}; }
+
+TEST(StagedEngine, KeepsTheTimeOfFunctionsBesideTensors) {
+  Fixture f;
+  f.engine.Commit();
+  ASSERT_TRUE(f.engine.Stage({.source = SizeMetric{"x"}, .time = 4.0}).ok());
+  const VertexTensors all{.revision = Revision(1), .tensors = {Metric{}, Metric{}, Metric{}}};
+  ASSERT_TRUE(f.engine.Stage({.source = all, .functions = OneFunction()}).ok());
+  ASSERT_TRUE(f.engine.Stage({.source = OneTensor(Revision(1))}).ok());
+  ASSERT_TRUE(f.engine.Stage({.source = OneTensor(Revision(1)), .time = 5.0}).ok());
+  ASSERT_TRUE(f.engine.Stage({.source = {}, .time = 6.0}).ok());
+  ASSERT_TRUE(f.engine.Stage({.source = {}, .size_min = 0.1}).ok());
+  ASSERT_TRUE(f.engine.Stage({.source = SizeMetric{"y"}}).ok());
+  EXPECT_THAT(f.script->calls,
+              ElementsAre("metric t=4", "tensors 0/3 beside 1 from 1 t=4",
+                          "tensors 1/1 beside 1 from 1 t=4", "tensors 1/1 beside 1 from 1 t=5",
+                          "functions beside 1 from 1 t=6", "limits", "metric t=6"));
+}
+
+// Goal: an empty list of ids with functions changes the functions alone, and values at all vertices
+// end them.
+TEST(StagedEngine, ReplacesFunctionsBesideTensorsAndEndsThem) {
+  Fixture f;
+  f.engine.Commit();
+  const VertexTensors none{.revision = Revision(1), .vertices = std::vector<VertexId>()};
+  ASSERT_TRUE(f.engine.Stage({.source = none, .functions = OneFunction()}).ok());
+  EXPECT_EQ(f.engine.spec(), nullptr);
+  const SolutionRequest solution{.name = "u"};
+  ASSERT_TRUE(f.engine.Stage({.source = solution, .functions = OneFunction(), .time = 2.0}).ok());
+  ASSERT_TRUE(f.engine.Stage({.source = solution}).ok());
+  EXPECT_THAT(f.script->calls, ElementsAre("functions beside 1 from 1 t=0",
+                                           "solution u beside 1 from 1 t=2", "solution u"));
+  EXPECT_EQ(f.engine.Stage({.source = solution, .time = 3.0}).error().code,
+            ErrorCode::kProtocolOrder);
+}
+
 TEST(StagedEngine, UndoesNothingWhenNothingWasStaged) {
   Fixture f;
   f.engine.Commit();

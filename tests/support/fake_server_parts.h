@@ -86,15 +86,24 @@ class FakeEngine final : public Engine {
   Status SetMetric(const MetricSpec& metric) override {
     script_->calls.push_back("metric t=" + std::to_string(static_cast<int>(metric.time)));
     limits_ = {metric.bounds, metric.gradation};
+    functions_.reset();
     return Update();
   }
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
-                    const MetricLimits& limits) override {
-    limits_ = limits;
+                    const TensorTerms& terms) override {
+    limits_ = terms.limits;
+    if (terms.functions || vertices.empty()) functions_ = terms.functions;
     script_->calls.push_back("tensors " + std::to_string(vertices.size()) + "/" +
-                             std::to_string(tensors.size()));
+                             std::to_string(tensors.size()) + Beside());
     return Update();
   }
+  Status SetFunctions(const FunctionsSpec& functions, const MetricLimits& limits) override {
+    limits_ = limits;
+    functions_ = functions;
+    script_->calls.push_back("functions" + Beside());
+    return Update();
+  }
+  const FunctionsSpec* functions() const override { return functions_ ? &*functions_ : nullptr; }
   Status SetLimits(const MetricLimits& limits) override {
     script_->calls.push_back("limits");
     limits_ = limits;
@@ -121,9 +130,10 @@ class FakeEngine final : public Engine {
   std::vector<VertexId> Vertices() const override {
     return {VertexId(0), VertexId(2), VertexId(3)};
   }
-  Status SetSolution(const SolutionRequest& request, const MetricLimits& limits) override {
-    limits_ = limits;
-    script_->calls.push_back("solution " + request.name);
+  Status SetSolution(const SolutionRequest& request, const TensorTerms& terms) override {
+    limits_ = terms.limits;
+    functions_ = terms.functions;
+    script_->calls.push_back("solution " + request.name + Beside());
     return Update();
   }
   Status SetFields(const FieldUpdate& update) override {
@@ -181,6 +191,7 @@ class FakeEngine final : public Engine {
     visits_ = 0;
     committed_work_ = work_;
     committed_limits_ = limits_;
+    committed_functions_ = functions_;
     return diff;
   }
   MeshDiff CommitAndTransfer() override {
@@ -192,6 +203,7 @@ class FakeEngine final : public Engine {
     visits_ = 0;
     work_ = committed_work_;
     limits_ = committed_limits_;
+    functions_ = committed_functions_;
   }
   MeshDiff Snapshot() const override {
     MeshDiff diff;
@@ -212,6 +224,13 @@ class FakeEngine final : public Engine {
   std::int32_t vertex_count() const override { return 3; }
 
  private:
+  /// What stands beside tensors, for the calls.
+  [[nodiscard]] std::string Beside() const {
+    if (!functions_) return {};
+    return " beside " + std::to_string(functions_->parts.size()) + " from " +
+           std::to_string(functions_->before_count) +
+           " t=" + std::to_string(static_cast<int>(functions_->time));
+  }
   Status Update() {
     if (script_->update_error) return *script_->update_error;
     if (script_->during_update) script_->during_update();
@@ -226,6 +245,8 @@ class FakeEngine final : public Engine {
   std::int64_t committed_work_ = 0;
   MetricLimits limits_;
   MetricLimits committed_limits_;
+  std::optional<FunctionsSpec> functions_;
+  std::optional<FunctionsSpec> committed_functions_;
   std::int64_t visits_ = 0;
   Revision revision_ = Revision::kNone;
 };

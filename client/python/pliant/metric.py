@@ -193,8 +193,11 @@ def intersection(*parts: Metric) -> Intersection:
     """Several metrics at once: in every direction the finest holds.
 
     Args:
-        parts: at most 16 of `expression`, `size`, `background`, `grid`. Tensors at vertices and
-            solutions stand alone (UNIMPLEMENTED).
+        parts: at most 16 of `expression`, `size`, `background`, `grid`, and at most one of
+            `vertices` and `solution` among them (UNIMPLEMENTED if more). The others stay beside
+            such values: they are asked where a vertex is, whenever it moves, until all vertices
+            get tensors without them, or another metric comes. `vertices` with ids replaces only
+            the tensors of these vertices; with no ids at all, only the other parts.
     """
     if not parts or not all(isinstance(part, Metric) for part in parts):
         raise InvalidInput("EMPTY", "give at least one metric, each made by a function of "
@@ -209,7 +212,7 @@ def vertices(tensors: Any, vertex_ids: Any = None) -> Vertices:
         tensors: (k, 3) m11, m12, m22 in 1 / (domain unit)^2.
         vertex_ids: (k,) slots (entries of `session.mesh.vertex_ids`), in any order, none twice;
             the other vertices keep their metric. Default: all vertices, in the order of
-            `session.mesh.points`.
+            `session.mesh.points`. See `intersection` for tensors together with formulas.
     """
     return Vertices(tensors, vertex_ids)
 
@@ -237,7 +240,8 @@ def solution(field: Any, *, complexity: Optional[float] = None, error: Optional[
     """The metric that makes the interpolation error of a solution least, made on the server.
 
     A field knows only what the mesh resolves: update the metric, compute the solution on the new
-    mesh, and repeat; about five rounds suffice.
+    mesh, and repeat; about five rounds suffice. The target is that of the solution's metric alone,
+    also where `intersection` makes it finer.
 
     Args:
         field: (n,) values at `session.mesh.points`, or (n, c) of which each column counts; or the

@@ -171,7 +171,85 @@ def test_intersection_of_a_size_a_grid_and_formulas(client):
         diff = one.update_metric(pliant.metric.intersection(parts[0], pliant.metric.size(0.02)))
         assert diff.insertion_count > 0
         assert len(one.mesh.points) > 1.5 * len(other.mesh.points)
+        tensors = pliant.metric.vertices(np.tile([1.0, 0, 1], (len(one.mesh.points), 1)))
         with pytest.raises(pliant.Unimplemented) as refused:
-            one.update_metric(pliant.metric.intersection(parts[0], pliant.metric.vertices(
-                np.tile([1.0, 0, 1], (len(one.mesh.points), 1)))))
+            one.update_metric(pliant.metric.intersection(tensors, parts[0], tensors))
         assert refused.value.field == "metric.sources"
+
+
+def finest(h, tensor):
+    """Of sizes and one diagonal tensor."""
+    h = np.asarray(h)
+    return np.stack([np.maximum(1 / h**2, tensor[0]), 0 * h, np.maximum(1 / h**2, tensor[2])], -1)
+
+
+def metric_error(session, h, tensor):
+    """How far vertices are from the finest of a formula and a tensor, at most."""
+    x, y = session.mesh.points.T
+    wanted = finest(h(x, y), tensor)
+    return (np.abs(session.mesh.metrics - wanted) / wanted.max(axis=1, keepdims=True)).max()
+
+
+def test_tensors_and_a_formula_hold_together(client):
+    # Goal: tensors of a solver and the formula of a layer, through updates of either. The tensors
+    # are the same everywhere, so that they are known between vertices too.
+    tensor, layer = [60.0, 0, 250.0], pliant.metric.size("0.015 + 0.3*abs(y - t)")
+
+    def tensors(session):
+        return pliant.metric.vertices(np.tile(tensor, (len(session.mesh.points), 1)))
+
+    with client.create_session(domain=square(), metric=pliant.metric.size(0.1),
+                               automatic=False, with_metric=True) as one:
+        first = one.revision
+        one.update_metric(pliant.metric.intersection(tensors(one), layer))
+        check_mesh(one.mesh, 1)
+        assert metric_error(one, lambda x, y: 0.015 + 0.3 * abs(y), tensor) < 0.06
+        again = one.update_metric(pliant.metric.intersection(tensors(one), layer))
+        assert again.empty
+        layered = one.mesh.points.copy()
+
+        one.update_metric(time=0.5)
+        check_mesh(one.mesh, 1)
+        assert metric_error(one, lambda x, y: 0.015 + 0.3 * abs(y - 0.5), tensor) < 0.06
+        # Only the formula, then only some tensors, which the formula outlives.
+        none = pliant.metric.vertices(np.zeros((0, 3)), np.zeros(0, dtype=int))
+        one.update_metric(pliant.metric.intersection(none, pliant.metric.size("0.05 + x")))
+        assert metric_error(one, lambda x, y: 0.05 + x, tensor) < 0.06
+        count = len(one.mesh.points)
+        one.update_metric(pliant.metric.vertices([[40000.0, 0, 40000.0]], one.mesh.vertex_ids[:1]))
+        assert len(one.mesh.points) > count
+        one.update_metric(tensors(one))
+        assert metric_error(one, lambda x, y: 1 + 0 * x, tensor) < 0.06
+        with pytest.raises(pliant.FailedPrecondition, match="time"):
+            one.update_metric(time=1.0)
+
+        one.rollback(first + 1)
+        assert (one.mesh.points == layered).all()
+        with client.open_session(one.fork(), with_metric=True) as other:
+            for session in (one, other):
+                session.update_metric(time=0.25)
+            assert (one.mesh.points == other.mesh.points).all()
+            assert metric_error(other, lambda x, y: 0.015 + 0.3 * abs(y - 0.25), tensor) < 0.06
+        with pytest.raises(pliant.InvalidInput) as refused:
+            one.update_metric(pliant.metric.intersection(
+                tensors(one), pliant.metric.size("sqrt(x - 2)")))
+        assert refused.value.code == "EXPRESSION_VALUE"
+
+
+def test_a_solution_and_a_formula_hold_together(client):
+    with client.create_session(domain=square(), metric=pliant.metric.size(0.08)) as one:
+        values = np.tanh(20 * (one.mesh.points[:, 0] - 0.5))
+        one.update_metric(pliant.metric.intersection(
+            pliant.metric.solution(values, complexity=150),
+            pliant.metric.size("y < 0.1 ? 0.02 : 1")))
+        wall = one.mesh.points[:, 1] < 0.1
+        assert wall.sum() > 200 and (~wall).sum() > 80
+
+
+def test_a_session_begins_with_tensors_and_a_formula(client):
+    coarse = pliant.Mesh(SQUARE, [[0, 1, 2], [0, 2, 3]])
+    tensors = np.tile([25.0, 0, 100.0], (4, 1))
+    with client.create_session(mesh=coarse, with_metric=True,
+                               automatic=False, metric=pliant.metric.intersection(
+            pliant.metric.size("0.03 + 0.3*x"), pliant.metric.vertices(tensors))) as one:
+        assert metric_error(one, lambda x, y: 0.03 + 0.3 * x, tensors[0]) < 0.06
