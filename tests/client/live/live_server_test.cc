@@ -146,6 +146,9 @@ TEST_F(LiveServer, TheMirrorFollowsRandomUpdates) {
       const MetricLimits limits{.gradation = {.gradation = number(1.3, 2)}};
       ASSERT_TRUE(twins.session->UpdateTensors(vertices, tensors, limits).ok());
       ASSERT_TRUE(twins.remesher->SetTensors(vertices, tensors, limits).ok());
+      const FunctionsSpec beside{.parts = {SizeMetric{"0.03+0.2*abs(x-t)"}}, .time = 0.2 * round};
+      ASSERT_TRUE(twins.session->UpdateFunctions(beside, limits).ok());
+      ASSERT_TRUE(twins.remesher->SetFunctions(beside, limits).ok());
       const MetricLimits later{.bounds = {.size_min = number(0.02, 0.03)}};
       ASSERT_TRUE(twins.session->UpdateLimits(later).ok());
       ASSERT_TRUE(twins.remesher->SetLimits(later).ok());
@@ -154,37 +157,6 @@ TEST_F(LiveServer, TheMirrorFollowsRandomUpdates) {
     if (round % 3 == 1) options.visits_max = 777;
     ASSERT_NO_FATAL_FAILURE(twins.Advance(options));
   }
-}
-
-// Goal: tensors beside functions come through as the core has them, with the functions before and
-// after the tensors, and the functions alone.
-TEST_F(LiveServer, TheMirrorFollowsTensorsBesideFunctions) {
-  Twins twins{Create(Plate(), Size("0.1")), Remesher::Create(Plate(), Size("0.1"), {}).value(), {}};
-  ASSERT_NO_FATAL_FAILURE(twins.Advance());
-  const MetricLimits limits{.gradation = {.gradation = 1.5}};
-  FunctionsSpec functions{
-      .parts = {SizeMetric{"0.03 + 0.2*abs(x - t)"}, ExpressionMetric{"100", "20", "200"}},
-      .before_count = 1,
-      .time = 0.2};
-  const std::vector<VertexId> ids = twins.local.Compact().vertex_ids;
-  const std::vector<Metric> tensors(ids.size(), Metric{150, 60, 90});
-  ASSERT_TRUE(twins.session->UpdateTensors({}, tensors, functions, limits).ok());
-  ASSERT_TRUE(twins.remesher->SetTensors({}, tensors, limits, functions).ok());
-  ASSERT_NO_FATAL_FAILURE(twins.Advance());
-  const std::vector<VertexId> few(ids.begin(), ids.begin() + 3);
-  const std::vector<Metric> finer(3, Metric::Isotropic(0.02));
-  ASSERT_TRUE(twins.session->UpdateTensors(few, finer).ok());
-  ASSERT_TRUE(twins.remesher->SetTensors(few, finer).ok());
-  ASSERT_NO_FATAL_FAILURE(twins.Advance());
-  functions.time = 0.6;
-  functions.parts.pop_back();
-  ASSERT_TRUE(twins.session->UpdateFunctions(functions).ok());
-  ASSERT_TRUE(twins.remesher->SetFunctions(functions, limits).ok());
-  ASSERT_NO_FATAL_FAILURE(twins.Advance());
-  functions.parts = {SizeMetric{"sqrt(x - 100)"}};
-  const Status refused = twins.session->UpdateFunctions(functions);
-  ASSERT_FALSE(refused.ok());
-  EXPECT_EQ(refused.error().code, ErrorCode::kExpressionValue);
 }
 
 TEST_F(LiveServer, AnImportedMeshFollowsTensorsAtItsOwnPoints) {
