@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "core/base/check.h"
+#include "core/base/sort_unique.h"
 
 namespace pliant::server {
 namespace {
@@ -87,8 +88,7 @@ std::vector<MeshView::Touched> MeshView::TouchedBy(const MeshDiff& diff) const {
   for (std::size_t i = 0; i < diff.triangle_ids.size(); ++i) {
     if (Wants(diff.triangle_regions[i])) add(diff.triangle_vertices[i]);
   }
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
+  SortUnique(ids);
   std::vector<Touched> touched;
   touched.reserve(ids.size());
   for (const VertexId id : ids) touched.push_back({id, InView(id)});

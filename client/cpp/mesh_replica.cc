@@ -1,7 +1,6 @@
 #include "client/cpp/mesh_replica.h"
 
 #include <algorithm>
-#include <bit>
 #include <string>
 
 namespace pliant::client {
@@ -71,11 +70,6 @@ Status CheckLength(std::size_t length, std::size_t expected, const char* field) 
   if (length == expected) return {};
   return Mismatch(field, std::string(field) + " has " + Text(static_cast<std::int64_t>(length)) +
                              " rows, its ids " + Text(static_cast<std::int64_t>(expected)));
-}
-
-bool SameBits(Vec2 a, Vec2 b) {
-  return std::bit_cast<std::uint64_t>(a.x) == std::bit_cast<std::uint64_t>(b.x) &&
-         std::bit_cast<std::uint64_t>(a.y) == std::bit_cast<std::uint64_t>(b.y);
 }
 
 }  // namespace
@@ -366,7 +360,7 @@ bool SameMesh(const MeshReplica& a, const MeshReplica& b) {
          left.mesh.triangle_tags == right.mesh.triangle_tags &&
          left.mesh.edges == right.mesh.edges && left.mesh.edge_tags == right.mesh.edge_tags &&
          std::equal(left.mesh.points.begin(), left.mesh.points.end(), right.mesh.points.begin(),
-                    right.mesh.points.end(), SameBits);
+                    right.mesh.points.end(), [](Vec2 p, Vec2 q) { return SameBits(p, q); });
 }
 
 }  // namespace pliant::client

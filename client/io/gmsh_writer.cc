@@ -8,6 +8,7 @@
 
 #include "client/io/gmsh_elements.h"
 #include "client/io/number_writer.h"
+#include "core/base/sort_unique.h"
 
 namespace pliant::io {
 namespace {
@@ -15,8 +16,7 @@ namespace {
 /// The distinct tags of elements, in ascending order; entity i + 1 of the model has tags[i].
 std::vector<std::int32_t> DistinctTags(std::vector<std::int32_t> tags, std::size_t element_count) {
   if (tags.empty() && element_count > 0) tags.push_back(0);
-  std::sort(tags.begin(), tags.end());
-  tags.erase(std::unique(tags.begin(), tags.end()), tags.end());
+  SortUnique(tags);
   return tags;
 }
 

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "client/plot/axis.h"
+#include "core/base/sort_unique.h"
 
 namespace pliant::plot {
 namespace {
@@ -236,8 +237,7 @@ void MeshPlotter::FillTriangles() {
 
 void MeshPlotter::FillRegions() {
   std::vector<std::int32_t> tags = mesh_.triangle_tags;
-  std::sort(tags.begin(), tags.end());
-  tags.erase(std::unique(tags.begin(), tags.end()), tags.end());
+  SortUnique(tags);
   if (tags.size() < 2 || mesh_.triangle_tags.size() != mesh_.triangles.size()) return;
   for (std::size_t r = 0; r < tags.size(); ++r) {
     Shape shape{.path = {},

@@ -9,7 +9,7 @@ constexpr std::size_t kHeaderBytes = 24;
 constexpr std::uint64_t kMultiplier = 0x9e3779b97f4a7c15;  // Odd, so that a product loses nothing.
 
 /// A bijection of the word for every lane, and of the lane for every word.
-std::uint64_t Mix(std::uint64_t lane, std::uint64_t word) {
+std::uint64_t MixWord(std::uint64_t lane, std::uint64_t word) {
   lane = (lane ^ word) * kMultiplier;
   return lane ^ (lane >> 29);
 }
@@ -28,15 +28,15 @@ std::uint64_t Checksum(std::span<const std::byte> bytes) {
   std::size_t at = 0;
   for (; at + 32 <= bytes.size(); at += 32) {
     for (std::size_t lane = 0; lane < 4; ++lane) {
-      lanes[lane] = Mix(lanes[lane], WordAt(bytes, at + 8 * lane));
+      lanes[lane] = MixWord(lanes[lane], WordAt(bytes, at + 8 * lane));
     }
   }
   for (std::size_t lane = 0; at < bytes.size(); at += 8, ++lane) {
-    lanes[lane] = Mix(lanes[lane], WordAt(bytes, at));
+    lanes[lane] = MixWord(lanes[lane], WordAt(bytes, at));
   }
-  std::uint64_t sum = Mix(0, bytes.size());
-  for (const std::uint64_t lane : lanes) sum = Mix(sum, lane);
-  return Mix(sum, 0);
+  std::uint64_t sum = MixWord(0, bytes.size());
+  for (const std::uint64_t lane : lanes) sum = MixWord(sum, lane);
+  return MixWord(sum, 0);
 }
 
 Bytes SealBytes(const Seal& seal, std::span<const std::byte> payload) {

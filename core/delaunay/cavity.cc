@@ -17,7 +17,7 @@ namespace {
 using Directed = std::pair<VertexId, VertexId>;
 
 /// A side that stays, and the region on its left.
-struct Wall {
+struct RimEdge {
   Directed side;
   std::int32_t region = 0;
 };
@@ -96,14 +96,14 @@ class CavityFiller {
       const TriangleRecord& record = mesh_.triangle(id);
       for (int side = 0; side < 3; ++side) {
         const auto s = static_cast<std::size_t>(side);
-        if (((record.constrained >> side) & 1) == 0 && InCavity(record.neighbors[s])) continue;
+        if (!record.IsConstrained(side) && InCavity(record.neighbors[s])) continue;
         walls_.push_back({{record.vertices[static_cast<std::size_t>(NextCorner(side))],
                            record.vertices[static_cast<std::size_t>(PreviousCorner(side))]},
                           record.region});
       }
     }
     SortUnlessStopped(walls_.begin(), walls_.end(), stop_,
-                      [](const Wall& a, const Wall& b) { return a.side < b.side; });
+                      [](const RimEdge& a, const RimEdge& b) { return a.side < b.side; });
   }
 
   /// Makes the two edges at the k-th leaving vertex one wall, on each side that the cavity has.
@@ -120,9 +120,9 @@ class CavityFiller {
     do b = mesh_.edge(mesh_.SegmentEdges(b)[1]).vertices[1];
     while (has_left(b));
     for (const auto& [from, to] : {Directed{a, b}, Directed{b, a}}) {
-      const Wall* const first = FindWall({from, vertex});
+      const RimEdge* const first = FindWall({from, vertex});
       if (first == nullptr) continue;
-      const Wall wall{{from, to}, first->region};
+      const RimEdge wall{{from, to}, first->region};
       for (const Directed& side : {Directed{from, vertex}, Directed{vertex, to}}) {
         walls_.erase(walls_.begin() + (FindWall(side) - walls_.data()));
       }
@@ -130,12 +130,12 @@ class CavityFiller {
     }
   }
 
-  [[nodiscard]] std::vector<Wall>::const_iterator LowerBound(const Directed& side) const {
+  [[nodiscard]] std::vector<RimEdge>::const_iterator LowerBound(const Directed& side) const {
     return std::lower_bound(walls_.begin(), walls_.end(), side,
-                            [](const Wall& wall, const Directed& to) { return wall.side < to; });
+                            [](const RimEdge& wall, const Directed& to) { return wall.side < to; });
   }
   /// Null if there is none.
-  [[nodiscard]] const Wall* FindWall(const Directed& side) const {
+  [[nodiscard]] const RimEdge* FindWall(const Directed& side) const {
     const auto wall = LowerBound(side);
     return wall != walls_.end() && wall->side == side ? &*wall : nullptr;
   }
@@ -149,7 +149,7 @@ class CavityFiller {
     SortUnlessStopped(corners.begin(), corners.end(), stop_);
     corners.erase(std::unique(corners.begin(), corners.end()), corners.end());
     std::vector<VertexId> on_walls;
-    for (const Wall& wall : walls_) {
+    for (const RimEdge& wall : walls_) {
       on_walls.push_back(wall.side.first);
       on_walls.push_back(wall.side.second);
     }
@@ -171,7 +171,7 @@ class CavityFiller {
 
   void MakeDomain() {
     for (const VertexId vertex : points_) domain_.points.push_back(mesh_.position(vertex));
-    for (const Wall& wall : walls_) {
+    for (const RimEdge& wall : walls_) {
       const auto [a, b] = wall.side;
       if (b < a && FindWall({b, a}) != nullptr) continue;  // A constrained edge has two sides.
       domain_.segments.push_back({Dense(a), Dense(b), 0});
@@ -211,7 +211,7 @@ class CavityFiller {
             stack.push_back(static_cast<std::size_t>(next));
             continue;
           }
-          const Wall* const wall = FindWall(
+          const RimEdge* const wall = FindWall(
               {PointOf(triangle.points[(side + 1) % 3]), PointOf(triangle.points[(side + 2) % 3])});
           const Part found = wall == nullptr ? Part::kOutside : Part::kInside;
           const bool differs = part == Part::kInside && found == part && wall->region != region;
@@ -243,7 +243,7 @@ class CavityFiller {
   const std::span<const VertexId> leaving_;
   const StopSignal* const stop_;
   StopPoll stopped_;
-  std::vector<Wall> walls_;  // By side.
+  std::vector<RimEdge> walls_;  // By side.
   std::vector<VertexId> points_;
   std::vector<VertexId> gone_;
   std::vector<bool> used_;  // By place in points_: has a new triangle.

@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/as_index.h"
 #include "core/base/stoppable_sort.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/segments.h"
@@ -18,8 +19,6 @@ namespace {
 /// Triangles, ghosts included, are at most twice the points and are counted in 32 bits.
 constexpr std::size_t kPointCountMax = std::size_t{1} << 29;
 constexpr std::size_t kSegmentCountMax = std::size_t{1} << 30;
-
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 std::string Digits(double x) {
   std::array<char, 32> digits;

@@ -15,7 +15,7 @@ namespace pliant {
 namespace {
 
 /// A chain of clashes that is longer than this leads everywhere.
-constexpr int kRoundsMax = 32;
+constexpr int kGrowthsMax = 32;
 
 /// A vertex that stays, twice, or a wall between two.
 using Piece = std::array<VertexId, 2>;
@@ -37,7 +37,7 @@ class ClashFinder {
     for (int round = 0; !fresh_.empty() && !stopped_(); ++round) {
       FindPieces();
       fresh_.clear();
-      FindClashes(round < kRoundsMax);
+      FindClashes(round < kGrowthsMax);
     }
     return in_cavity_.Ascending();
   }
@@ -54,7 +54,7 @@ class ClashFinder {
         const VertexId b = record.vertices[(side + 1) % 3];
         const std::size_t beyond = (side + 2) % 3;
         const bool is_wall =
-            ((record.constrained >> beyond) & 1) != 0 || !in_cavity_.Has(record.neighbors[beyond]);
+            record.IsConstrained(beyond) || !in_cavity_.Has(record.neighbors[beyond]);
         if (is_wall) pieces_.push_back({a, b});
         if (!seen_.Has(a) && Stays(a)) pieces_.push_back({a, a});
         seen_.Add(a);

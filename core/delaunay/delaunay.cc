@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/base/as_index.h"
 #include "core/delaunay/insertion_order.h"
 #include "core/geometry/predicates.h"
 #include "core/geometry/segments.h"
@@ -12,8 +13,6 @@ namespace {
 
 using Triangle = HullTriangulation::Triangle;
 constexpr std::int32_t kGhost = HullTriangulation::kGhost;
-
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Inserts points one by one: removes the triangles whose circle holds the point and fills the
 /// hole with a fan around it.

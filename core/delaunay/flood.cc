@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/as_index.h"
 #include "core/delaunay/check_domain.h"
 #include "core/geometry/locate.h"
 #include "core/geometry/predicates.h"
@@ -16,8 +17,6 @@ namespace pliant {
 namespace {
 
 using Triangle = DomainTriangulation::Triangle;
-
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 enum class Place : std::uint8_t { kInside, kOutside, kHole };
 

@@ -86,7 +86,7 @@ int MetricFlipper::SwappableCorner(const Entry& entry) const {
   int corner = 0;
   while (corner < 3 && t.vertices[static_cast<std::size_t>(corner)] != entry.apex) ++corner;
   if (corner == 3) return -1;
-  if (((t.constrained >> corner) & 1) != 0 || t.frozen) return -1;
+  if (t.IsConstrained(corner) || t.frozen) return -1;
   const TriangleId other = t.neighbors[static_cast<std::size_t>(corner)];
   if (metric_ != nullptr && std::find(inside_.begin(), inside_.end(), other) == inside_.end()) {
     return -1;

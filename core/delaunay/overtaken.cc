@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "core/base/sort_unique.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/domain.h"
 #include "core/geometry/predicates.h"
@@ -62,18 +63,12 @@ void AddTrianglesAt(const Mesh& mesh, VertexId vertex, Star& star,
   }
 }
 
-template <class Id>
-void SortAndDropRepeats(std::vector<Id>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
-
 }  // namespace
 
 std::vector<TriangleId> OvertakenCavity(const Mesh& mesh, std::vector<TriangleId> spoiled,
                                         const SuddenMove& move, Overtaking rule,
                                         const StopSignal* stop) {
-  SortAndDropRepeats(spoiled);
+  SortUnique(spoiled);
   std::vector<Sweep> sweeps;
   sweeps.reserve(2 * spoiled.size());
   std::vector<VertexId> waiting;
@@ -117,7 +112,7 @@ std::vector<TriangleId> OvertakenCavity(const Mesh& mesh, std::vector<TriangleId
       waiting.insert(waiting.end(), v.begin(), v.end());
     }
   }
-  SortAndDropRepeats(cavity);
+  SortUnique(cavity);
   return cavity;
 }
 
@@ -127,10 +122,10 @@ std::vector<TriangleId> WithRing(const Mesh& mesh, std::vector<TriangleId> cavit
     const auto& v = mesh.triangle(id).vertices;
     corners.insert(corners.end(), v.begin(), v.end());
   }
-  SortAndDropRepeats(corners);
+  SortUnique(corners);
   Star star;
   for (const VertexId vertex : corners) AddTrianglesAt(mesh, vertex, star, cavity);
-  SortAndDropRepeats(cavity);
+  SortUnique(cavity);
   return cavity;
 }
 

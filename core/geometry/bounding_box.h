@@ -15,13 +15,16 @@ struct BoundingBox {
   friend bool operator==(const BoundingBox&, const BoundingBox&) = default;
 };
 
+/// Makes the box the smallest that holds `other` too.
+inline void Extend(BoundingBox& box, const BoundingBox& other) {
+  box.low = {std::min(box.low.x, other.low.x), std::min(box.low.y, other.low.y)};
+  box.high = {std::max(box.high.x, other.high.x), std::max(box.high.y, other.high.y)};
+}
+
 /// The smallest box that holds all points. @pre !points.empty()
 [[nodiscard]] inline BoundingBox BoxOf(std::span<const Vec2> points) {
   BoundingBox box{points.front(), points.front()};
-  for (const Vec2 p : points) {
-    box.low = {std::min(box.low.x, p.x), std::min(box.low.y, p.y)};
-    box.high = {std::max(box.high.x, p.x), std::max(box.high.y, p.y)};
-  }
+  for (const Vec2 p : points) Extend(box, {p, p});
   return box;
 }
 

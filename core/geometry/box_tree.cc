@@ -4,16 +4,7 @@
 #include <tuple>
 
 namespace pliant {
-namespace {
-
-void Extend(BoundingBox& box, const BoundingBox& by) {
-  box.low.x = std::min(box.low.x, by.low.x);
-  box.low.y = std::min(box.low.y, by.low.y);
-  box.high.x = std::max(box.high.x, by.high.x);
-  box.high.y = std::max(box.high.y, by.high.y);
-}
-
-}  // namespace
+namespace {}  // namespace
 
 BoxTree::BoxTree(std::span<const BoundingBox> boxes) {
   items_.reserve(boxes.size());

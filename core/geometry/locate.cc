@@ -5,6 +5,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/base/as_index.h"
 #include "core/base/check.h"
 #include "core/geometry/predicates.h"
 #include "core/geometry/triangle_point.h"
@@ -26,10 +27,8 @@ constexpr std::int64_t kRowsToCross = 4;
 /// A tree costs some 50 steps of a walk for each triangle, a far walk one or two rows.
 constexpr std::int64_t kFarWalksPerRow = 16;
 
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
-
 /// A side of a triangle, seen from its lower end.
-struct Side {
+struct LowSide {
   std::int32_t upper;
   std::int32_t triangle;
   std::int8_t corner;
@@ -38,14 +37,14 @@ struct Side {
 
 /// Sorts sides by their upper ends; those that are equal stay in their order. Nearly always they
 /// are few, and std::stable_sort gets memory for each of its calls.
-void SortByUpper(std::span<Side> sides) {
+void SortByUpper(std::span<LowSide> sides) {
   constexpr std::size_t kFew = 16;
   if (sides.size() > kFew) {
-    std::ranges::stable_sort(sides, {}, &Side::upper);
+    std::ranges::stable_sort(sides, {}, &LowSide::upper);
     return;
   }
   for (std::size_t i = 1; i < sides.size(); ++i) {
-    const Side side = sides[i];
+    const LowSide side = sides[i];
     std::size_t place = i;
     for (; place > 0 && side.upper < sides[place - 1].upper; --place) {
       sides[place] = sides[place - 1];
@@ -68,11 +67,11 @@ LinkedTriangles Link(std::span<const Vec2> points,
 
 /// Makes neighbours of the triangles whose sides have both ends in common, of all sides with one
 /// lower end.
-void PairSides(std::span<Side> sides, Neighborhood& result) {
+void PairSides(std::span<LowSide> sides, Neighborhood& result) {
   SortByUpper(sides);
   for (std::size_t i = 0; i + 1 < sides.size(); ++i) {
-    const Side& a = sides[i];
-    const Side& b = sides[i + 1];
+    const LowSide& a = sides[i];
+    const LowSide& b = sides[i + 1];
     if (a.upper != b.upper) continue;
     result.across[AsIndex(a.triangle)][AsIndex(a.corner)] = b.triangle;
     result.across[AsIndex(b.triangle)][AsIndex(b.corner)] = a.triangle;
@@ -299,7 +298,7 @@ Neighborhood FindNeighbors(std::span<const std::array<std::int32_t, 3>> triangle
     }
   }
   for (std::size_t i = 1; i < first.size(); ++i) first[i] += first[i - 1];
-  std::vector<Side> sides(3 * triangles.size());
+  std::vector<LowSide> sides(3 * triangles.size());
   std::vector<std::size_t> next(first.begin(), first.end() - 1);
   for (std::size_t t = 0; t < triangles.size(); ++t) {
     if (stopped()) return {};

@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "core/base/same_bits.h"
+
 namespace pliant {
 
 /// A point or a displacement in the plane, in domain units.
@@ -29,6 +31,10 @@ struct Vec2 {
 [[nodiscard]] constexpr double Cross(Vec2 a, Vec2 b) { return a.x * b.y - a.y * b.x; }
 
 [[nodiscard]] inline double Length(Vec2 a) { return std::sqrt(Dot(a, a)); }
+
+[[nodiscard]] constexpr bool SameBits(Vec2 a, Vec2 b) {
+  return SameBits(a.x, b.x) && SameBits(a.y, b.y);
+}
 
 [[nodiscard]] inline bool IsFinite(Vec2 a) { return std::isfinite(a.x) && std::isfinite(a.y); }
 

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/sort_unique.h"
 #include "core/geometry/predicates.h"
 #include "core/geometry/triangle_point.h"
 
@@ -283,8 +284,7 @@ void FrozenMesh::FindBoundary() {
   for (const auto& [slot, row] : triangles_.entries()) {
     if (IsOnBoundary(row)) boundary_.push_back(slot);
   }
-  std::sort(boundary_.begin(), boundary_.end());
-  boundary_.erase(std::unique(boundary_.begin(), boundary_.end()), boundary_.end());
+  SortUnique(boundary_);
   std::vector<BoundingBox> boxes;
   boxes.reserve(boundary_.size());
   for (const std::int32_t slot : boundary_) {

@@ -13,13 +13,13 @@ const FieldChange* FindField(const FieldChanges& changes, const std::string& nam
 }
 
 template <class Id>
-bool Contains(const std::vector<Id>& ids, std::int32_t slot) {
+bool HasSlot(const std::vector<Id>& ids, std::int32_t slot) {
   return std::binary_search(ids.begin(), ids.end(), Id(slot));
 }
 
 bool IsRemoved(const MeshDiff& diff, FieldLocation location, std::int32_t slot) {
-  return location == FieldLocation::kVertex ? Contains(diff.removed_vertices, slot)
-                                            : Contains(diff.removed_triangles, slot);
+  return location == FieldLocation::kVertex ? HasSlot(diff.removed_vertices, slot)
+                                            : HasSlot(diff.removed_triangles, slot);
 }
 
 void Append(const FieldChange& from, std::size_t row, FieldChange& to) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <array>
+#include <concepts>
 #include <cstddef>
 #include <cstdint>
 #include <span>
@@ -50,6 +51,11 @@ struct alignas(64) VertexRecord {
 };
 static_assert(sizeof(VertexRecord) == 64);
 
+/// The squared length of the edge between two vertices in the mean of their metrics.
+[[nodiscard]] inline double SquaredEdgeLength(const VertexRecord& a, const VertexRecord& b) {
+  return SquaredLength(0.5 * (a.metric + b.metric), b.position - a.position);
+}
+
 /// One triangle; side i lies opposite corner i.
 struct TriangleRecord {
   std::array<VertexId, 3> vertices;     ///< Counter-clockwise.
@@ -60,6 +66,13 @@ struct TriangleRecord {
   bool touched : 1 = false;    ///< As for vertices.
   bool committed : 1 = false;  ///< As for vertices.
   bool frozen : 1 = false;     ///< A constraint keeps it; its corners and edges are frozen too.
+
+  [[nodiscard]] constexpr bool IsConstrained(std::integral auto side) const {
+    return ((constrained >> side) & 1) != 0;
+  }
+  [[nodiscard]] constexpr bool HasCorner(VertexId vertex) const {
+    return vertices[0] == vertex || vertices[1] == vertex || vertices[2] == vertex;
+  }
 };
 static_assert(sizeof(TriangleRecord) == 32);
 

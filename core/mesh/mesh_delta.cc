@@ -301,8 +301,8 @@ void TakeChanges(ByteReader& reader, RecordsAt<IdType, Record>& at) {
   }
 }
 
-/// Slots of each kind, and what an id may therefore be.
-struct Slots {
+/// DeltaSlots of each kind, and what an id may therefore be.
+struct DeltaSlots {
   std::int32_t vertices = 0;
   std::int32_t triangles = 0;
   std::int32_t edges = 0;
@@ -387,7 +387,7 @@ MeshDelta ReadMeshDelta(ByteReader& reader) {
   delta.segments.records = TakeSegments(reader);
   delta.base = ReadSummary(reader);
   delta.summary = ReadSummary(reader);
-  const Slots slots{delta.vertices.slots, delta.triangles.slots, delta.edges.slots};
+  const DeltaSlots slots{delta.vertices.slots, delta.triangles.slots, delta.edges.slots};
   if (!slots.FitAll(delta.vertices.records) || !slots.FitAll(delta.triangles.records) ||
       !slots.FitAll(delta.edges.records) || !slots.Fit(delta.segments)) {
     reader.Fail();
@@ -424,9 +424,9 @@ MeshState ReadMesh(ByteReader& reader) {
   state.triangles = TakeAll<MeshVector<TriangleRecord>>(reader);
   state.edges = TakeAll<std::vector<EdgeRecord>>(reader);
   state.segments = TakeSegments(reader);
-  const Slots slots{static_cast<std::int32_t>(state.vertices.size()),
-                    static_cast<std::int32_t>(state.triangles.size()),
-                    static_cast<std::int32_t>(state.edges.size())};
+  const DeltaSlots slots{static_cast<std::int32_t>(state.vertices.size()),
+                         static_cast<std::int32_t>(state.triangles.size()),
+                         static_cast<std::int32_t>(state.edges.size())};
   bool fit = slots.FitAll(state.vertices) && slots.FitAll(state.triangles) &&
              slots.FitAll(state.edges) && slots.FitAll(state.segments);
   for (const EdgeRecord& edge : state.edges) {

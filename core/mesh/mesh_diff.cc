@@ -11,10 +11,10 @@ namespace pliant {
 namespace {
 
 /// Kinds enter the hash, so that a vertex and a triangle in the same slot cannot cancel.
-enum class Kind : std::uint64_t { kVertex = 1, kTriangle = 2, kEdge = 3 };
+enum class ElementKind : std::uint64_t { kVertex = 1, kTriangle = 2, kEdge = 3 };
 
 /// The finalizer of splitmix64: every input bit reaches every output bit. [Steele2014]
-std::uint64_t Mix(std::uint64_t x) {
+std::uint64_t Scramble(std::uint64_t x) {
   x = (x ^ (x >> 30)) * 0xbf58476d1ce4e5b9;
   x = (x ^ (x >> 27)) * 0x94d049bb133111eb;
   return x ^ (x >> 31);
@@ -22,10 +22,10 @@ std::uint64_t Mix(std::uint64_t x) {
 
 class Hasher {
  public:
-  Hasher(Kind kind, std::int32_t slot)
-      : state_(Mix((static_cast<std::uint64_t>(kind) << 32) + Word(slot))) {}
+  Hasher(ElementKind kind, std::int32_t slot)
+      : state_(Scramble((static_cast<std::uint64_t>(kind) << 32) + Word(slot))) {}
   Hasher& Add(std::uint64_t word) {
-    state_ = Mix(state_ + 0x9e3779b97f4a7c15 + word);
+    state_ = Scramble(state_ + 0x9e3779b97f4a7c15 + word);
     return *this;
   }
   Hasher& Add(std::int32_t value) { return Add(Word(value)); }
@@ -39,7 +39,7 @@ class Hasher {
 }  // namespace
 
 std::uint64_t VertexHash(VertexId id, Vec2 position) {
-  return Hasher(Kind::kVertex, id.value())
+  return Hasher(ElementKind::kVertex, id.value())
       .Add(std::bit_cast<std::uint64_t>(position.x))
       .Add(std::bit_cast<std::uint64_t>(position.y))
       .value();
@@ -47,13 +47,13 @@ std::uint64_t VertexHash(VertexId id, Vec2 position) {
 
 std::uint64_t TriangleHash(TriangleId id, const std::array<VertexId, 3>& vertices,
                            std::int32_t region) {
-  Hasher hasher(Kind::kTriangle, id.value());
+  Hasher hasher(ElementKind::kTriangle, id.value());
   for (const VertexId vertex : vertices) hasher.Add(vertex.value());
   return hasher.Add(region).value();
 }
 
 std::uint64_t EdgeHash(EdgeId id, const std::array<VertexId, 2>& vertices, std::int32_t tag) {
-  return Hasher(Kind::kEdge, id.value())
+  return Hasher(ElementKind::kEdge, id.value())
       .Add(vertices[0].value())
       .Add(vertices[1].value())
       .Add(tag)

@@ -13,10 +13,6 @@ constexpr std::size_t kFewTriangles = 32;
 
 constexpr std::uint8_t Bit(int side) { return static_cast<std::uint8_t>(1U << side); }
 
-constexpr bool IsConstrained(const TriangleRecord& triangle, int side) {
-  return (triangle.constrained & Bit(side)) != 0;
-}
-
 VertexId& At(std::array<VertexId, 3>& values, int index) {
   return values[static_cast<std::size_t>(index)];
 }
@@ -104,7 +100,7 @@ void MeshEdit::SwapEdge(Side side) {
   const int i = side.corner;
   const TriangleId t_id = side.triangle;
   const TriangleId u_id = At(mesh_.triangle(t_id).neighbors, i);
-  PLIANT_DCHECK(u_id.valid() && !IsConstrained(mesh_.triangle(t_id), i), "triangle", t_id);
+  PLIANT_DCHECK(u_id.valid() && !mesh_.triangle(t_id).IsConstrained(i), "triangle", t_id);
   const int j = mesh_.SideTowards(u_id, t_id);
   TriangleRecord& t = TouchTriangle(t_id);
   TriangleRecord& u = TouchTriangle(u_id);
@@ -120,10 +116,10 @@ void MeshEdit::SwapEdge(Side side) {
   const VertexId q = At(u.vertices, j);
   const TriangleId beyond_bp = At(t.neighbors, i1);
   const TriangleId beyond_aq = At(u.neighbors, j1);
-  const bool bp = IsConstrained(t, i1);
-  const bool pa = IsConstrained(t, i2);
-  const bool aq = IsConstrained(u, j1);
-  const bool qb = IsConstrained(u, j2);
+  const bool bp = t.IsConstrained(i1);
+  const bool pa = t.IsConstrained(i2);
+  const bool aq = u.IsConstrained(j1);
+  const bool qb = u.IsConstrained(j2);
 
   At(t.vertices, i2) = q;
   At(t.neighbors, i) = beyond_aq;
@@ -153,15 +149,15 @@ VertexId MeshEdit::SplitEdge(Side side, Vec2 position, double t_on_segment) {
   const VertexId p = At(t.vertices, i);
   const VertexId a = At(t.vertices, NextCorner(i));
   const VertexId b = At(t.vertices, PreviousCorner(i));
-  const bool constrained = IsConstrained(t, i);
+  const bool constrained = t.IsConstrained(i);
   if (constrained) SplitConstrainedEdge(mesh_.FindEdge(a, b), m, t_on_segment);
 
   // (p, a, b) becomes (p, a, m) and (p, m, b); likewise (q, b, a) behind the edge.
   const TriangleId u_id = At(t.neighbors, i);
   const TriangleId t2_id = TakeTriangle();
   const TriangleId u2_id = u_id.valid() ? TakeTriangle() : TriangleId();
-  const bool pa = IsConstrained(t, PreviousCorner(i));
-  const bool bp = IsConstrained(t, NextCorner(i));
+  const bool pa = t.IsConstrained(PreviousCorner(i));
+  const bool bp = t.IsConstrained(NextCorner(i));
   const TriangleId beyond_pa = At(t.neighbors, PreviousCorner(i));
   const TriangleId beyond_bp = At(t.neighbors, NextCorner(i));
   {
@@ -185,11 +181,11 @@ VertexId MeshEdit::SplitEdge(Side side, Vec2 position, double t_on_segment) {
     TriangleRecord& first = TouchTriangle(u_id);
     first.vertices = {q, b, m};
     first.neighbors = {t2_id, u2_id, beyond_qb};
-    first.constrained = Bits(constrained, false, IsConstrained(u, PreviousCorner(j)));
+    first.constrained = Bits(constrained, false, u.IsConstrained(PreviousCorner(j)));
     TriangleRecord& second = TouchTriangle(u2_id);
     second.vertices = {q, m, a};
     second.neighbors = {t_id, beyond_aq, u_id};
-    second.constrained = Bits(constrained, IsConstrained(u, NextCorner(j)), false);
+    second.constrained = Bits(constrained, u.IsConstrained(NextCorner(j)), false);
     second.region = u.region;
     SetNeighbor(beyond_aq, u_id, u2_id);
     if (mesh_.vertex(a).triangle == u_id) TouchVertex(a).triangle = t_id;
@@ -264,10 +260,10 @@ std::vector<MeshEdit::OuterSide> MeshEdit::OuterSidesOf(std::span<const Triangle
     for (int side = 0; side < 3; ++side) {
       const TriangleId beyond = At(record.neighbors, side);
       const bool inner = is_inside(beyond);
-      if (inner && !IsConstrained(record, side)) continue;
+      if (inner && !record.IsConstrained(side)) continue;
       sides.push_back({At(record.vertices, NextCorner(side)),
                        At(record.vertices, PreviousCorner(side)), inner ? TriangleId() : beyond,
-                       IsConstrained(record, side)});
+                       record.IsConstrained(side)});
     }
   }
   return sides;
@@ -437,7 +433,7 @@ void MeshEdit::SetNeighbor(TriangleId triangle, TriangleId from, TriangleId to) 
 void MeshEdit::PointEdgesAt(TriangleId id) {
   const TriangleRecord& record = mesh_.triangle(id);
   for (int side = 0; side < 3; ++side) {
-    if (!IsConstrained(record, side)) continue;
+    if (!record.IsConstrained(side)) continue;
     const EdgeId edge = mesh_.FindEdge(At(record.vertices, NextCorner(side)),
                                        At(record.vertices, PreviousCorner(side)));
     PLIANT_CHECK(edge.valid(), "triangle", id, "side", side);

@@ -1,10 +1,10 @@
 // MeshEdit, the part that ends a revision: folds the change log into a diff or undoes it.
 
 #include <algorithm>
-#include <bit>
 #include <iterator>
 #include <utility>
 
+#include "core/base/same_bits.h"
 #include "core/mesh/mesh_edit.h"
 
 namespace pliant {
@@ -17,14 +17,6 @@ void Reserve(std::size_t count, Columns&... columns) {
 }
 
 /// Replicas copy bits, so that -0.0 and 0.0 differ here.
-bool SameBits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
-bool SameBits(Vec2 a, Vec2 b) { return SameBits(a.x, b.x) && SameBits(a.y, b.y); }
-bool SameBits(const Metric& a, const Metric& b) {
-  return SameBits(a.m11, b.m11) && SameBits(a.m12, b.m12) && SameBits(a.m22, b.m22);
-}
-
 }  // namespace
 
 MeshDiff MeshEdit::Commit(Revision revision) {

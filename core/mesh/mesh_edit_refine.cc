@@ -341,7 +341,7 @@ bool MeshEdit::Refine(std::span<const EdgeSplit> splits, std::span<const Triangl
   std::vector<EdgeToSplit> edges_to_split;
   for (std::size_t i = 0; i < splits.size(); ++i) {
     const Side side = splits[i].side;
-    if (((mesh_.triangle(side.triangle).constrained >> side.corner) & 1) == 0) continue;
+    if (!mesh_.triangle(side.triangle).IsConstrained(side.corner)) continue;
     const auto [from, to] = constrained_ends(splits[i]);
     edges_to_split.push_back({from, to, refined.NewMiddle(i), splits[i].t});
   }

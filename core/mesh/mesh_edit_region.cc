@@ -42,10 +42,6 @@ int SideFrom(const TriangleRecord& triangle, VertexId from, VertexId to) {
   return -1;
 }
 
-bool HasCorner(const TriangleRecord& triangle, VertexId vertex) {
-  return std::ranges::find(triangle.vertices, vertex) != triangle.vertices.end();
-}
-
 void MarkConstrained(TriangleRecord& record, int side, bool constrained) {
   const auto bit = 1U << side;
   record.constrained =
@@ -169,7 +165,7 @@ std::vector<MeshEdit::OuterSide> MeshEdit::OuterSidesOf(std::span<const Triangle
       const auto k = static_cast<std::size_t>(side);
       const TriangleId beyond = record.neighbors[k];
       const bool inner = gone_bits.Has(beyond);
-      const bool constrained = ((record.constrained >> k) & 1) != 0;
+      const bool constrained = record.IsConstrained(k);
       if (inner && !constrained) continue;
       sides.push_back({record.vertices[static_cast<std::size_t>(NextCorner(side))],
                        record.vertices[static_cast<std::size_t>(PreviousCorner(side))],
@@ -243,7 +239,7 @@ void MeshEdit::LinkAcross(const OpenSide& side, TriangleId neighbor) {
 void MeshEdit::SettleCorner(VertexId vertex) {
   const TriangleId named = mesh_.vertex(vertex).triangle;
   const auto has = [&](TriangleId id) {
-    return id.valid() && mesh_.triangle(id).live && HasCorner(mesh_.triangle(id), vertex);
+    return id.valid() && mesh_.triangle(id).live && mesh_.triangle(id).HasCorner(vertex);
   };
   bool found = has(named);
   int open_count = 0;

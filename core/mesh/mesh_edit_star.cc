@@ -8,13 +8,7 @@
 #include "core/mesh/mesh_edit.h"
 
 namespace pliant {
-namespace {
-
-constexpr bool IsConstrained(const TriangleRecord& triangle, int side) {
-  return ((triangle.constrained >> side) & 1) != 0;
-}
-
-}  // namespace
+namespace {}  // namespace
 
 void MeshEdit::ReplaceStar(const Star& star, std::span<const NewTriangle> ears) {
   PLIANT_CHECK(star.closed() && ears.size() + 2 == star.triangles().size(), "vertex",
@@ -57,7 +51,7 @@ void MeshEdit::GatherRim(const Star& star) {
     const int side = mesh_.CornerOf(id, star.center());
     const TriangleId beyond = record.neighbors[static_cast<std::size_t>(side)];
     rim_.push_back({star.ring()[k], beyond, beyond.valid() ? mesh_.SideTowards(beyond, id) : 0,
-                    IsConstrained(record, side)});
+                    record.IsConstrained(side)});
   }
 }
 

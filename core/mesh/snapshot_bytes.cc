@@ -39,9 +39,9 @@ bool Ascend(const std::vector<SomeId>& ids) {
 
 // Which slots the ascending ids name.
 template <class SomeId>
-class Slots {
+class LiveSlots {
  public:
-  explicit Slots(const std::vector<SomeId>& ids)
+  explicit LiveSlots(const std::vector<SomeId>& ids)
       : is_live_(ids.empty() ? 0 : ids.back().index() + 1, std::uint8_t{0}) {
     for (const SomeId id : ids) is_live_[id.index()] = 1;
   }
@@ -60,8 +60,8 @@ class Slots {
   std::vector<std::uint8_t> is_live_;
 };
 
-bool FieldsFit(const MeshDiff& mesh, const Slots<VertexId>& vertices) {
-  const Slots<TriangleId> triangles(mesh.triangle_ids);
+bool FieldsFit(const MeshDiff& mesh, const LiveSlots<VertexId>& vertices) {
+  const LiveSlots<TriangleId> triangles(mesh.triangle_ids);
   return std::all_of(
       mesh.fields.changed.begin(), mesh.fields.changed.end(), [&](const FieldChange& field) {
         return std::all_of(field.rows.slots.begin(), field.rows.slots.end(),
@@ -86,7 +86,7 @@ std::string FindFault(const MeshDiff& mesh) {
       !Ascend(mesh.metric_vertex_ids)) {
     return "ids do not ascend";
   }
-  const Slots<VertexId> vertices(mesh.vertex_ids);
+  const LiveSlots<VertexId> vertices(mesh.vertex_ids);
   const bool metric_fits = std::all_of(mesh.metric_vertex_ids.begin(), mesh.metric_vertex_ids.end(),
                                        [&](VertexId id) { return vertices.Has(id.value()); });
   if (!metric_fits || !vertices.HasAll(mesh.triangle_vertices) ||

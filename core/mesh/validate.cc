@@ -108,7 +108,7 @@ class Validator {
     const auto s = static_cast<std::size_t>(side);
     const VertexId a = triangle.vertices[static_cast<std::size_t>(NextCorner(side))];
     const VertexId b = triangle.vertices[static_cast<std::size_t>(PreviousCorner(side))];
-    const bool constrained = ((triangle.constrained >> side) & 1) != 0;
+    const bool constrained = triangle.IsConstrained(side);
     if (lists_intact_ && constrained != mesh_.FindEdge(a, b).valid()) {
       Fault("side ", side, " of triangle ", id, constrained ? " has no edge" : " hides an edge");
     }

@@ -1,12 +1,11 @@
 #include "core/mesh/validate_local.h"
 
-#include <algorithm>
 #include <atomic>
 #include <cstddef>
-#include <sstream>
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/base/sentence.h"
 #include "core/geometry/predicates.h"
 #include "core/mesh/star.h"
 
@@ -16,25 +15,13 @@ namespace {
 // Sessions of one process count together.
 std::atomic<std::int64_t> validated_operation_count{0};
 
-template <class... Parts>
-std::string Sentence(const Parts&... parts) {
-  std::ostringstream text;
-  (text << ... << parts);
-  return text.str();
-}
-
 bool IsLive(const Mesh& mesh, TriangleId id) {
   return id.valid() && id.value() < mesh.triangle_slots() && mesh.triangle(id).live;
 }
 
-bool HasCorner(const TriangleRecord& triangle, VertexId vertex) {
-  const auto& v = triangle.vertices;
-  return v[0] == vertex || v[1] == vertex || v[2] == vertex;
-}
-
 std::string FaultOfCorner(const Mesh& mesh, TriangleId id, VertexId vertex) {
   const TriangleId named = mesh.vertex(vertex).triangle;
-  if (!IsLive(mesh, named) || !HasCorner(mesh.triangle(named), vertex)) {
+  if (!IsLive(mesh, named) || !mesh.triangle(named).HasCorner(vertex)) {
     return Sentence("corner ", vertex, " of triangle ", id, " names triangle ", named,
                     ", which does not have it");
   }
@@ -45,8 +32,8 @@ std::string FaultOfCorner(const Mesh& mesh, TriangleId id, VertexId vertex) {
 std::string FaultOfEdge(const Mesh& mesh, EdgeId id) {
   const EdgeRecord& edge = mesh.edge(id);
   if (!edge.live) return Sentence("edge ", id, " is dead");
-  if (!IsLive(mesh, edge.triangle) || !HasCorner(mesh.triangle(edge.triangle), edge.vertices[0]) ||
-      !HasCorner(mesh.triangle(edge.triangle), edge.vertices[1])) {
+  if (!IsLive(mesh, edge.triangle) || !mesh.triangle(edge.triangle).HasCorner(edge.vertices[0]) ||
+      !mesh.triangle(edge.triangle).HasCorner(edge.vertices[1])) {
     return Sentence("edge ", id, " names triangle ", edge.triangle, ", which does not have it");
   }
   if (!(0 <= edge.parameters[0] && edge.parameters[0] < edge.parameters[1] &&
@@ -60,7 +47,7 @@ std::string FaultOfSide(const Mesh& mesh, TriangleId id, int side) {
   const TriangleRecord& triangle = mesh.triangle(id);
   const VertexId a = triangle.vertices[static_cast<std::size_t>(NextCorner(side))];
   const VertexId b = triangle.vertices[static_cast<std::size_t>(PreviousCorner(side))];
-  const bool constrained = ((triangle.constrained >> side) & 1) != 0;
+  const bool constrained = triangle.IsConstrained(side);
   const EdgeId edge = mesh.FindEdge(a, b);
   if (constrained != edge.valid()) {
     return Sentence("side ", side, " of triangle ", id,

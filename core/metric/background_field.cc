@@ -17,9 +17,9 @@ namespace pliant {
 namespace {
 
 /// Questions that are answered together.
-constexpr std::size_t kAtOnce = 64;
+constexpr std::size_t kLocatedAtOnce = 64;
 
-Error BadTriangle(ErrorCode code, std::size_t index, const std::string& what) {
+Error RefuseTriangle(ErrorCode code, std::size_t index, const std::string& what) {
   return {.code = code,
           .message = "triangle " + std::to_string(index) + " of the background mesh " + what,
           .field = "metric.mesh.triangles",
@@ -30,17 +30,17 @@ Status CheckTriangle(const MeshData& mesh, std::size_t index) {
   const auto& [a, b, c] = mesh.triangles[index];
   for (const std::int32_t corner : {a, b, c}) {
     if (corner < 0 || static_cast<std::size_t>(corner) >= mesh.points.size()) {
-      return BadTriangle(ErrorCode::kIndexOutOfRange, index,
-                         "names point " + std::to_string(corner) + "; there are " +
-                             std::to_string(mesh.points.size()) + ", counted from 0");
+      return RefuseTriangle(ErrorCode::kIndexOutOfRange, index,
+                            "names point " + std::to_string(corner) + "; there are " +
+                                std::to_string(mesh.points.size()) + ", counted from 0");
     }
   }
   const auto point = [&](std::int32_t i) { return mesh.points[static_cast<std::size_t>(i)]; };
   const int side = Orient2d(point(a), point(b), point(c));
-  if (side == 0) return BadTriangle(ErrorCode::kTriangleDegenerate, index, "has no area");
+  if (side == 0) return RefuseTriangle(ErrorCode::kTriangleDegenerate, index, "has no area");
   if (side < 0) {
-    return BadTriangle(ErrorCode::kTriangleOrientation, index,
-                       "runs clockwise; list its corners counter-clockwise");
+    return RefuseTriangle(ErrorCode::kTriangleOrientation, index,
+                          "runs clockwise; list its corners counter-clockwise");
   }
   return {};
 }
@@ -79,10 +79,10 @@ Status CheckEdges(const MeshData& mesh, const StopSignal* stop) {
     if (clash == bucket.end()) continue;
     const auto other = static_cast<std::int64_t>(std::next(clash)->triangle);
     Error error =
-        BadTriangle(ErrorCode::kNonManifoldEdge, static_cast<std::size_t>(clash->triangle),
-                    "and triangle " + std::to_string(other) +
-                        " lie on the same side of the edge between points " + std::to_string(v) +
-                        " and " + std::to_string(clash->to));
+        RefuseTriangle(ErrorCode::kNonManifoldEdge, static_cast<std::size_t>(clash->triangle),
+                       "and triangle " + std::to_string(other) +
+                           " lie on the same side of the edge between points " + std::to_string(v) +
+                           " and " + std::to_string(clash->to));
     error.other_index = other;
     return error;
   }
@@ -239,10 +239,10 @@ void BackgroundField::AtEach(std::span<const Vec2> points, std::span<std::int32_
     MetricField::AtEach(points, hints, metrics);
     return;
   }
-  std::array<Location, kAtOnce> found;
-  std::array<LogMetric, kAtOnce> logs;
-  for (std::size_t begin = 0; begin < points.size(); begin += kAtOnce) {
-    const auto located = std::span(found).first(std::min(kAtOnce, points.size() - begin));
+  std::array<Location, kLocatedAtOnce> found;
+  std::array<LogMetric, kLocatedAtOnce> logs;
+  for (std::size_t begin = 0; begin < points.size(); begin += kLocatedAtOnce) {
+    const auto located = std::span(found).first(std::min(kLocatedAtOnce, points.size() - begin));
     for (std::size_t i = 0; i < located.size(); ++i) located[i].triangle = hints[begin + i];
     locator_.LocateEach(points.subspan(begin, located.size()), located);
     for (const Location& location : located) PrefetchLogs(location);
@@ -275,16 +275,16 @@ std::optional<Metric> BackgroundField::Probe(Vec2 p, std::int32_t& hint) const {
   return At(p, hint);
 }
 
-/// @param to_answers  makes answers of logarithms, of up to kAtOnce at once
+/// @param to_answers  makes answers of logarithms, of up to kLocatedAtOnce at once
 template <class Answer, class ToAnswers>
 void BackgroundField::AnswerEach(std::span<QuestionFor<Answer>> questions,
                                  ToAnswers to_answers) const {
-  std::array<Vec2, kAtOnce> places;
-  std::array<Location, kAtOnce> found;
-  std::array<QuestionFor<Answer>*, kAtOnce> asked;
-  std::array<LogMetric, kAtOnce> logs;
+  std::array<Vec2, kLocatedAtOnce> places;
+  std::array<Location, kLocatedAtOnce> found;
+  std::array<QuestionFor<Answer>*, kLocatedAtOnce> asked;
+  std::array<LogMetric, kLocatedAtOnce> logs;
   while (!questions.empty()) {
-    const std::size_t taken = std::min(kAtOnce, questions.size());
+    const std::size_t taken = std::min(kLocatedAtOnce, questions.size());
     std::size_t count = 0;
     for (QuestionFor<Answer>& one : questions.first(taken)) {
       one.answer.reset();
@@ -306,7 +306,7 @@ void BackgroundField::AnswerEach(std::span<QuestionFor<Answer>> questions,
 }
 
 void BackgroundField::ProbeEach(std::span<Question> questions) const {
-  std::array<Metric, kAtOnce> metrics;
+  std::array<Metric, kLocatedAtOnce> metrics;
   AnswerEach(questions, [&](std::span<const LogMetric> logs) {
     ExpEach(logs, std::span(metrics).first(logs.size()));
     return std::span<const Metric>(metrics).first(logs.size());

@@ -49,14 +49,14 @@ Error UnknownName(std::string_view name, std::size_t position) {
 }
 
 /// The length of the number that `text` begins with, and its value; no locale takes part.
-struct Number {
+struct NumberToken {
   std::size_t length;
   double value;
 };
-std::optional<Number> ReadNumber(std::string_view text) {
+std::optional<NumberToken> ReadNumber(std::string_view text) {
   // from_chars would also take "inf", "nan" and a minus sign, which are not numbers here.
   if (text.empty() || (text[0] != '.' && kDigits.find(text[0]) == text.npos)) return {};
-  Number number{};
+  NumberToken number{};
   const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), number.value);
   if (error != std::errc()) return {};
   number.length = static_cast<std::size_t>(end - text.data());
@@ -87,7 +87,7 @@ class Scanner {
  private:
   Status ScanNumber() {
     const std::string_view rest = std::string_view(text_).substr(position_);
-    const std::optional<Number> number = ReadNumber(rest);
+    const std::optional<NumberToken> number = ReadNumber(rest);
     if (!number) {
       const std::string_view token = rest.substr(0, rest.find_first_not_of("0123456789.eE"));
       return SyntaxError(
@@ -176,7 +176,7 @@ class Parser final : public mu::ParserBase {
 
  private:
   static int ReadValue(const mu::char_type* text, int* position, mu::value_type* value) {
-    const std::optional<Number> number = ReadNumber(text);
+    const std::optional<NumberToken> number = ReadNumber(text);
     if (!number) return 0;
     *position += static_cast<int>(number->length);
     *value = number->value;

@@ -10,6 +10,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/as_index.h"
 #include "core/base/large_pages.h"
 #include "core/base/stop_signal.h"
 
@@ -65,8 +66,6 @@ class FixedPoint {
     bool waits;
   };
 
-  static std::size_t Index(std::int32_t v) { return static_cast<std::size_t>(v); }
-
   /// The best that v sees now.
   static Value BestOf(Problem& problem, std::int32_t v) {
     Value best = problem.Own(v);
@@ -78,8 +77,8 @@ class FixedPoint {
   }
 
   [[nodiscard]] Ahead* FindAhead(std::int32_t v) {
-    if (Index(v) >= ahead_of_.size() || ahead_of_[Index(v)] < 0) return nullptr;
-    return &ahead_[Index(ahead_of_[Index(v)])];
+    if (AsIndex(v) >= ahead_of_.size() || ahead_of_[AsIndex(v)] < 0) return nullptr;
+    return &ahead_[AsIndex(ahead_of_[AsIndex(v)])];
   }
 
   /// The rhs of v: what it waits for, or the value that it has.
@@ -93,8 +92,8 @@ class FixedPoint {
     const bool waits = !(rhs == problem.At(v));
     if (ahead == nullptr) {
       if (!waits) return;
-      if (Index(v) >= ahead_of_.size()) ahead_of_.resize(Index(v) + 1, -1);
-      ahead_of_[Index(v)] = static_cast<std::int32_t>(ahead_.size());
+      if (AsIndex(v) >= ahead_of_.size()) ahead_of_.resize(AsIndex(v) + 1, -1);
+      ahead_of_[AsIndex(v)] = static_cast<std::int32_t>(ahead_.size());
       ahead_.push_back({v, rhs, true});
     } else {
       ahead->value = rhs;
@@ -141,7 +140,7 @@ void FixedPoint<Problem>::Settle(Problem& problem, Changed changed, const StopSi
 template <class Problem>
 void FixedPoint<Problem>::Clear() {
   heap_ = {};
-  for (const Ahead& ahead : ahead_) ahead_of_[Index(ahead.vertex)] = -1;
+  for (const Ahead& ahead : ahead_) ahead_of_[AsIndex(ahead.vertex)] = -1;
   ahead_.clear();
 }
 

@@ -8,6 +8,7 @@
 #include <queue>
 #include <utility>
 
+#include "core/base/as_index.h"
 #include "core/base/check.h"
 #include "core/base/math.h"
 #include "core/metric/gradation_rule.h"
@@ -23,8 +24,6 @@ struct Waiting {
   friend auto operator<=>(const Waiting&, const Waiting&) = default;
 };
 using Heap = std::priority_queue<Waiting, std::vector<Waiting>, std::greater<>>;
-
-std::size_t Index(std::int32_t vertex) { return static_cast<std::size_t>(vertex); }
 
 /// Which of two offers of the same thin size counts: any rule serves that looks at nothing but the
 /// offers, for then the numbering of vertices plays no part.
@@ -60,13 +59,13 @@ class Limiter {
 
  private:
   std::span<const std::int32_t> Neighbors(std::int32_t v) const {
-    const auto begin = Index(graph_.offsets[Index(v)]);
-    const auto end = Index(graph_.offsets[Index(v) + 1]);
+    const auto begin = AsIndex(graph_.offsets[AsIndex(v)]);
+    const auto end = AsIndex(graph_.offsets[AsIndex(v) + 1]);
     return std::span(graph_.neighbors).subspan(begin, end - begin);
   }
   std::int32_t size() const { return static_cast<std::int32_t>(raw_.size()); }
   Vec2 Edge(std::int32_t from, std::int32_t to) const {
-    return points_[Index(to)] - points_[Index(from)];
+    return points_[AsIndex(to)] - points_[AsIndex(from)];
   }
 
   /// Replaces each tensor by its mean with its ring, over and over.
@@ -79,9 +78,9 @@ class Limiter {
       for (std::int32_t p = 0; p < size(); ++p) {
         std::vector<PlacedLog> ring;
         for (const std::int32_t q : Neighbors(p)) {
-          ring.push_back({points_[Index(q)], before[Index(q)]});
+          ring.push_back({points_[AsIndex(q)], before[AsIndex(q)]});
         }
-        logs[Index(p)] = RingMean(before[Index(p)], ring);
+        logs[AsIndex(p)] = RingMean(before[AsIndex(p)], ring);
       }
     }
     for (std::size_t p = 0; p < logs.size(); ++p) {
@@ -96,13 +95,14 @@ class Limiter {
     if (rates_.rotation == 0) return;
     base_ = sizes_;
     for (std::int32_t p = 0; p < size(); ++p) {
-      double wide = base_[Index(p)].wide;
+      double wide = base_[AsIndex(p)].wide;
       for (const std::int32_t q : Neighbors(p)) {
-        wide = std::min(wide, RotationLimit(base_[Index(p)], base_[Index(q)], Edge(p, q), rates_));
+        wide =
+            std::min(wide, RotationLimit(base_[AsIndex(p)], base_[AsIndex(q)], Edge(p, q), rates_));
       }
-      wide = std::max(wide, base_[Index(p)].thin);
-      if (wide < base_[Index(p)].wide) was_rotated_[Index(p)] = 1;
-      sizes_[Index(p)].wide = wide;
+      wide = std::max(wide, base_[AsIndex(p)].thin);
+      if (wide < base_[AsIndex(p)].wide) was_rotated_[AsIndex(p)] = 1;
+      sizes_[AsIndex(p)].wide = wide;
     }
   }
 
@@ -110,10 +110,10 @@ class Limiter {
   /// size.
   AxisSizes Offer(const AxisSizes& p, std::int32_t q, Vec2 e, double thin) const {
     const double limit = WideLimit(p, e, rates_.growth);
-    const double kept = std::min(base_[Index(q)].wide, limit);
-    const double adopted = std::min(WideInFrame(raw_[Index(q)], p.frame, thin), limit);
+    const double kept = std::min(base_[AsIndex(q)].wide, limit);
+    const double adopted = std::min(WideInFrame(raw_[AsIndex(q)], p.frame, thin), limit);
     if (adopted >= kept) return {thin, adopted, p.frame};
-    return {thin, kept, base_[Index(q)].frame};
+    return {thin, kept, base_[AsIndex(q)].frame};
   }
 
   /// The shortest-path problem of thin sizes. Only vertices that have something to offer to a
@@ -123,28 +123,28 @@ class Limiter {
     std::vector<char> is_done(raw_.size(), 0);
     Heap heap;
     const auto thin_at = [&](std::int32_t p, std::int32_t q) {
-      return ThinLimit(sizes_[Index(p)], Edge(p, q), rates_.growth);
+      return ThinLimit(sizes_[AsIndex(p)], Edge(p, q), rates_.growth);
     };
     for (std::int32_t p = 0; p < size(); ++p) {
-      const auto has_offer = [&](std::int32_t q) { return thin_at(p, q) < base_[Index(q)].thin; };
-      if (std::ranges::any_of(Neighbors(p), has_offer)) heap.push({sizes_[Index(p)].thin, p});
+      const auto has_offer = [&](std::int32_t q) { return thin_at(p, q) < base_[AsIndex(q)].thin; };
+      if (std::ranges::any_of(Neighbors(p), has_offer)) heap.push({sizes_[AsIndex(p)].thin, p});
     }
     while (!heap.empty()) {
       const auto [thin_p, p] = heap.top();
       heap.pop();
-      if (is_done[Index(p)] != 0 || thin_p != sizes_[Index(p)].thin) continue;
-      is_done[Index(p)] = 1;
+      if (is_done[AsIndex(p)] != 0 || thin_p != sizes_[AsIndex(p)].thin) continue;
+      is_done[AsIndex(p)] = 1;
       for (const std::int32_t q : Neighbors(p)) {
-        if (is_done[Index(q)] != 0) continue;
-        AxisSizes& label = sizes_[Index(q)];
+        if (is_done[AsIndex(q)] != 0) continue;
+        AxisSizes& label = sizes_[AsIndex(q)];
         const double thin = thin_at(p, q);
         // Against its own wish a vertex takes only a smaller size.
-        if (thin > label.thin || thin >= base_[Index(q)].thin) continue;
-        const AxisSizes offer = Offer(sizes_[Index(p)], q, Edge(p, q), thin);
+        if (thin > label.thin || thin >= base_[AsIndex(q)].thin) continue;
+        const AxisSizes offer = Offer(sizes_[AsIndex(p)], q, Edge(p, q), thin);
         if (thin == label.thin && !IsBetter(offer, label)) continue;
         if (thin < label.thin) heap.push({thin, q});
         label = offer;
-        was_graded_[Index(q)] = 1;
+        was_graded_[AsIndex(q)] = 1;
       }
     }
   }
@@ -154,24 +154,26 @@ class Limiter {
     std::vector<char> is_done(raw_.size(), 0);
     Heap heap;
     const auto wide_at = [&](std::int32_t p, std::int32_t q) {
-      const double wide = WideLimit(sizes_[Index(p)], Edge(p, q), rates_.growth);
-      return std::max(wide, sizes_[Index(q)].thin);
+      const double wide = WideLimit(sizes_[AsIndex(p)], Edge(p, q), rates_.growth);
+      return std::max(wide, sizes_[AsIndex(q)].thin);
     };
     for (std::int32_t p = 0; p < size(); ++p) {
-      const auto has_offer = [&](std::int32_t q) { return wide_at(p, q) < sizes_[Index(q)].wide; };
-      if (std::ranges::any_of(Neighbors(p), has_offer)) heap.push({sizes_[Index(p)].wide, p});
+      const auto has_offer = [&](std::int32_t q) {
+        return wide_at(p, q) < sizes_[AsIndex(q)].wide;
+      };
+      if (std::ranges::any_of(Neighbors(p), has_offer)) heap.push({sizes_[AsIndex(p)].wide, p});
     }
     while (!heap.empty()) {
       const auto [wide_p, p] = heap.top();
       heap.pop();
-      if (is_done[Index(p)] != 0 || wide_p != sizes_[Index(p)].wide) continue;
-      is_done[Index(p)] = 1;
+      if (is_done[AsIndex(p)] != 0 || wide_p != sizes_[AsIndex(p)].wide) continue;
+      is_done[AsIndex(p)] = 1;
       for (const std::int32_t q : Neighbors(p)) {
         const double wide = wide_at(p, q);
-        if (is_done[Index(q)] != 0 || wide >= sizes_[Index(q)].wide) continue;
-        sizes_[Index(q)].wide = wide;
+        if (is_done[AsIndex(q)] != 0 || wide >= sizes_[AsIndex(q)].wide) continue;
+        sizes_[AsIndex(q)].wide = wide;
         heap.push({wide, q});
-        was_graded_[Index(q)] = 1;
+        was_graded_[AsIndex(q)] = 1;
       }
     }
   }
@@ -211,25 +213,25 @@ VertexGraph GraphOfTriangles(std::span<const std::array<std::int32_t, 3>> triang
                              std::int32_t vertex_count) {
   // Every triangle puts each of its corners' two neighbours into a bucket of the corner; most come
   // twice.
-  std::vector<std::int32_t> bucket_end(Index(vertex_count) + 1, 0);
+  std::vector<std::int32_t> bucket_end(AsIndex(vertex_count) + 1, 0);
   for (const auto& corners : triangles) {
-    for (const std::int32_t v : corners) bucket_end[Index(v) + 1] += 2;
+    for (const std::int32_t v : corners) bucket_end[AsIndex(v) + 1] += 2;
   }
   std::partial_sum(bucket_end.begin(), bucket_end.end(), bucket_end.begin());
   std::vector<std::int32_t> fill(bucket_end.begin(), std::prev(bucket_end.end()));
-  std::vector<std::int32_t> buckets(Index(bucket_end.back()));
+  std::vector<std::int32_t> buckets(AsIndex(bucket_end.back()));
   for (const auto& corners : triangles) {
     for (std::size_t k = 0; k < 3; ++k) {
-      std::int32_t& next = fill[Index(corners[k])];
-      buckets[Index(next++)] = corners[(k + 1) % 3];
-      buckets[Index(next++)] = corners[(k + 2) % 3];
+      std::int32_t& next = fill[AsIndex(corners[k])];
+      buckets[AsIndex(next++)] = corners[(k + 1) % 3];
+      buckets[AsIndex(next++)] = corners[(k + 2) % 3];
     }
   }
   VertexGraph graph;
   graph.offsets.reserve(bucket_end.size());
   graph.offsets.push_back(0);
-  graph.neighbors.reserve(buckets.size() / 2 + Index(vertex_count));
-  for (std::size_t v = 0; v < Index(vertex_count); ++v) {
+  graph.neighbors.reserve(buckets.size() / 2 + AsIndex(vertex_count));
+  for (std::size_t v = 0; v < AsIndex(vertex_count); ++v) {
     const auto begin = buckets.begin() + bucket_end[v];
     const auto end = buckets.begin() + bucket_end[v + 1];
     std::sort(begin, end);

@@ -38,7 +38,7 @@ Status CheckEnd(double origin, double step, std::size_t count, const std::string
                  "is too large or too small for the origin: nodes would be infinite or coincide");
 }
 
-Status Check(const GridMetric& grid) {
+Status CheckGrid(const GridMetric& grid) {
   PLIANT_RETURN_IF_ERROR(CheckAxis(grid.origin.x, grid.step.x, "x"));
   PLIANT_RETURN_IF_ERROR(CheckAxis(grid.origin.y, grid.step.y, "y"));
   if (grid.column_count < 2) {
@@ -63,7 +63,7 @@ Status Check(const GridMetric& grid) {
 }  // namespace
 
 Result<BackgroundMetric> ToBackground(GridMetric grid) {
-  PLIANT_RETURN_IF_ERROR(Check(grid));
+  PLIANT_RETURN_IF_ERROR(CheckGrid(grid));
   const std::size_t columns = grid.column_count;
   const std::size_t rows = grid.tensors.size() / columns;
   BackgroundMetric background;

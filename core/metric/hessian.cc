@@ -18,12 +18,13 @@ constexpr int kRingsMax = 5;
 /// A pivot below this share of its diagonal says that the patch lies on a conic.
 constexpr double kPivotShare = 0x1p-30;
 
-using Row = std::array<double, kUnknowns>;
+using Unknowns = std::array<double, kUnknowns>;
 
 /// Vertices around one, ring by ring.
-class Patch {
+class RingPatch {
  public:
-  explicit Patch(const VertexGraph& graph) : graph_(graph), seen_(graph.offsets.size() - 1, -1) {}
+  explicit RingPatch(const VertexGraph& graph)
+      : graph_(graph), seen_(graph.offsets.size() - 1, -1) {}
 
   void Begin(std::int32_t center) {
     center_ = center;
@@ -59,7 +60,7 @@ class Patch {
 };
 
 /// Solves the normal equations by Cholesky's method; nothing if they do not determine all unknowns.
-std::optional<Row> SolveNormal(std::array<Row, kUnknowns> a, Row b) {
+std::optional<Unknowns> SolveNormal(std::array<Unknowns, kUnknowns> a, Unknowns b) {
   for (std::size_t j = 0; j < kUnknowns; ++j) {
     const double diagonal = a[j][j];
     double pivot = diagonal;
@@ -104,21 +105,21 @@ std::optional<Metric> Fit(std::span<const Vec2> points, std::span<const double> 
   if (!(l11 > 0) || !(rest > 0)) return std::nullopt;
   const double l22 = std::sqrt(rest);
 
-  std::array<Row, kUnknowns> normal{};
-  Row right{};
+  std::array<Unknowns, kUnknowns> normal{};
+  Unknowns right{};
   for (std::size_t i = 0; i < patch.size(); ++i) {
     const Vec2 d = points[index(i)] - center;
     const double x = d.x / l11;
     const double y = (d.y - l21 * x) / l22;
     const double weight = 1 / (1 + x * x + y * y);
-    const Row row{1, x, y, 0.5 * x * x, x * y, 0.5 * y * y};
+    const Unknowns row{1, x, y, 0.5 * x * x, x * y, 0.5 * y * y};
     const double difference = values[index(i)] - values[index(0)];
     for (std::size_t j = 0; j < kUnknowns; ++j) {
       right[j] += weight * row[j] * difference;
       for (std::size_t k = 0; k <= j; ++k) normal[j][k] += weight * row[j] * row[k];
     }
   }
-  const std::optional<Row> fit = SolveNormal(normal, right);
+  const std::optional<Unknowns> fit = SolveNormal(normal, right);
   if (!fit) return std::nullopt;
   // H = L^-T K L^-1 with K from the fit; L^-1 has rows (1/l11, 0) and (c, 1/l22).
   const auto [k11, k12, k22] = std::array{(*fit)[3], (*fit)[4], (*fit)[5]};
@@ -134,7 +135,7 @@ std::optional<Metric> Fit(std::span<const Vec2> points, std::span<const double> 
 std::vector<Metric> RecoverHessians(const MeshData& mesh, std::span<const double> values) {
   const VertexGraph graph =
       GraphOfTriangles(mesh.triangles, static_cast<std::int32_t>(mesh.points.size()));
-  Patch patch(graph);
+  RingPatch patch(graph);
   std::vector<Metric> hessians(mesh.points.size(), Metric{0, 0, 0});
   for (std::size_t v = 0; v < hessians.size(); ++v) {
     patch.Begin(static_cast<std::int32_t>(v));

@@ -4,15 +4,12 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/as_index.h"
 #include "core/base/check.h"
 #include "core/base/math.h"
 
 namespace pliant {
 namespace {
-
-constexpr double kInfinity = std::numeric_limits<double>::infinity();
-
-std::size_t Index(std::int32_t vertex) { return static_cast<std::size_t>(vertex); }
 
 /// Puts different vertices in order: a good part of all of them by marks, which for a million takes
 /// a third of the time.
@@ -23,7 +20,7 @@ void Sort(std::vector<std::int32_t>& vertices, std::size_t slot_count) {
     return;
   }
   std::vector<bool> marks(slot_count);
-  for (const std::int32_t v : vertices) marks[Index(v)] = true;
+  for (const std::int32_t v : vertices) marks[AsIndex(v)] = true;
   vertices.clear();
   for (std::size_t v = 0; v < slot_count; ++v) {
     if (marks[v]) vertices.push_back(static_cast<std::int32_t>(v));
@@ -42,15 +39,15 @@ MetricLimiter::MetricLimiter(const GradationOptions& options)
 }
 
 void MetricLimiter::Reserve(std::int32_t slot_count) {
-  rows_.reserve(Index(slot_count));
+  rows_.reserve(AsIndex(slot_count));
   smoothing_.Reserve(slot_count);
-  touched_.reserve(Index(slot_count));
-  changed_.reserve(Index(slot_count));
-  near_.reserve(Index(slot_count));
+  touched_.reserve(AsIndex(slot_count));
+  changed_.reserve(AsIndex(slot_count));
+  near_.reserve(AsIndex(slot_count));
 }
 
 void MetricLimiter::SetRaw(std::int32_t vertex, const Metric& raw, double size_cap) {
-  if (Index(vertex) >= rows_.size()) rows_.resize(Index(vertex) + 1);
+  if (AsIndex(vertex) >= rows_.size()) rows_.resize(AsIndex(vertex) + 1);
   Row& row = Mutable(vertex);
   row.is_new = row.is_new || !row.live;
   row.live = true;
@@ -91,7 +88,7 @@ LimitChanges MetricLimiter::Update(VertexRings& rings, const StopSignal* stop) {
   if (changes.stopped) return changes;
   changes.looked_count =
       std::ssize(near_) + thin_.settled_count() + wide_.settled_count() - settled_before;
-  for (const std::int32_t v : near_) rows_[Index(v)].near = false;
+  for (const std::int32_t v : near_) rows_[AsIndex(v)].near = false;
   near_.clear();
   return changes;
 }
@@ -182,7 +179,7 @@ LimitChanges MetricLimiter::Finish(VertexRings& rings, const StopSignal* stop) {
   Sort(changed_, rows_.size());
   for (const std::int32_t v : changed_) {
     if (stopped()) return {.vertices = {}, .stopped = true};
-    Row& row = rows_[Index(v)];
+    Row& row = rows_[AsIndex(v)];
     row.changed = false;
     if (!row.live) continue;
     Count(row, 1);
@@ -209,7 +206,7 @@ void MetricLimiter::Measure(VertexRings& rings, std::int32_t v) {
   const std::int64_t raw = rounded(area * std::sqrt(Determinant(now.raw)));
   const std::int64_t limited = rounded(area / (now.label.thin * now.wide));
   if (now.raw_complexity == raw && now.limited_complexity == limited) return;
-  Row& row = now.changed ? rows_[Index(v)] : Mutable(v);
+  Row& row = now.changed ? rows_[AsIndex(v)] : Mutable(v);
   row.raw_complexity = raw;
   row.limited_complexity = limited;
 }
@@ -221,7 +218,7 @@ Metric MetricLimiter::Limited(std::int32_t vertex) const {
 
 void MetricLimiter::Commit() {
   PLIANT_CHECK(changed_.empty() && touched_.empty());
-  for (const auto& [v, old] : log_) rows_[Index(v)].logged = false;
+  for (const auto& [v, old] : log_) rows_[AsIndex(v)].logged = false;
   log_.clear();
   smoothing_.Commit();
   committed_size_ = rows_.size();
@@ -239,11 +236,11 @@ std::vector<std::pair<std::int32_t, Metric>> MetricLimiter::ChangedRaw() const {
 
 void MetricLimiter::Rollback() {
   // An Update that was stopped has left these.
-  for (const std::int32_t v : near_) rows_[Index(v)].near = false;
+  for (const std::int32_t v : near_) rows_[AsIndex(v)].near = false;
   near_.clear();
   thin_.Clear();
   wide_.Clear();
-  for (const auto& [v, old] : log_) rows_[Index(v)] = old;
+  for (const auto& [v, old] : log_) rows_[AsIndex(v)] = old;
   log_.clear();
   smoothing_.Rollback();
   rows_.resize(committed_size_);
@@ -253,10 +250,10 @@ void MetricLimiter::Rollback() {
 }
 
 MetricLimiter::Row& MetricLimiter::Mutable(std::int32_t v) {
-  Row& row = rows_[Index(v)];
+  Row& row = rows_[AsIndex(v)];
   if (!row.changed) {
     // Of rows that the last commit did not have, nothing comes back.
-    if (!row.logged && Index(v) < committed_size_) {
+    if (!row.logged && AsIndex(v) < committed_size_) {
       log_.emplace_back(v, row);
       log_.back().second.near = false;
       row.logged = true;
@@ -278,7 +275,7 @@ void MetricLimiter::Count(const Row& row, int sign) {
 }
 
 void MetricLimiter::AddNear(std::int32_t v) {
-  Row& row = rows_[Index(v)];
+  Row& row = rows_[AsIndex(v)];
   if (row.near) return;
   row.near = true;
   near_.push_back(v);
@@ -300,14 +297,16 @@ double MetricLimiter::Rotated(VertexRings& rings, std::int32_t v, RotationOf pas
   return std::max(wide, sizes.thin);
 }
 
-AxisSizes MetricLimiter::ThinProblem::None() { return {kInfinity, kInfinity, {}}; }
+AxisSizes MetricLimiter::ThinProblem::None() {
+  return {std::numeric_limits<double>::infinity(), std::numeric_limits<double>::infinity(), {}};
+}
 
-double MetricLimiter::WideProblem::None() { return kInfinity; }
+double MetricLimiter::WideProblem::None() { return std::numeric_limits<double>::infinity(); }
 
 /// What p offers to q: its axes, or q's own if they leave a larger wide size.
 std::optional<AxisSizes> MetricLimiter::ThinProblem::Offer(const AxisSizes& value, std::int32_t p,
                                                            std::int32_t q) const {
-  if (value.thin == kInfinity) return {};
+  if (value.thin == std::numeric_limits<double>::infinity()) return {};
   const Row& row = limiter.row(q);
   const double growth = limiter.rates_.growth;
   // Against its own wish a vertex takes only a smaller size.

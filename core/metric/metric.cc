@@ -67,19 +67,19 @@ PLIANT_PART_OF_KERNEL inline Metric Compose(const Spectrum& axes, double low, do
 }
 
 /// So many tensors are worked on together.
-constexpr std::size_t kAtOnce = 64;
+constexpr std::size_t kMetricsAtOnce = 64;
 
 /// The entries of as many symmetric matrices.
 struct Columns {
-  std::array<double, kAtOnce> a11;
-  std::array<double, kAtOnce> a12;
-  std::array<double, kAtOnce> a22;
+  std::array<double, kMetricsAtOnce> a11;
+  std::array<double, kMetricsAtOnce> a12;
+  std::array<double, kMetricsAtOnce> a22;
 };
 
 /// What a kernel made of such matrices, and their eigenvalues, by which the results are judged.
 struct ResultColumns : Columns {
-  std::array<double, kAtOnce> low;
-  std::array<double, kAtOnce> high;
+  std::array<double, kMetricsAtOnce> low;
+  std::array<double, kMetricsAtOnce> high;
 };
 
 /// The same operations as Log, for matrices whose eigenvalues are normal numbers.
@@ -123,8 +123,8 @@ void RunInBlocks(std::span<const In> ins, std::span<Out> outs, Kernel kernel, Ho
   PLIANT_CHECK(ins.size() == outs.size());
   Columns in;
   ResultColumns out;
-  for (std::size_t begin = 0; begin < ins.size(); begin += kAtOnce) {
-    const std::size_t count = std::min(kAtOnce, ins.size() - begin);
+  for (std::size_t begin = 0; begin < ins.size(); begin += kMetricsAtOnce) {
+    const std::size_t count = std::min(kMetricsAtOnce, ins.size() - begin);
     for (std::size_t k = 0; k < count; ++k) {
       const auto& [a11, a12, a22] = ins[begin + k];
       in.a11[k] = a11;

@@ -32,6 +32,10 @@ struct Metric {
   }
 };
 
+[[nodiscard]] constexpr bool SameBits(const Metric& a, const Metric& b) {
+  return SameBits(a.m11, b.m11) && SameBits(a.m12, b.m12) && SameBits(a.m22, b.m22);
+}
+
 [[nodiscard]] constexpr double Determinant(const Metric& m) {
   return m.m11 * m.m22 - m.m12 * m.m12;
 }

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <string>
 
+#include "core/base/as_index.h"
 #include "core/base/math.h"
 #include "core/metric/hessian.h"
 
@@ -18,8 +19,6 @@ constexpr double kExponentMax = 100;
 constexpr double kUnitError = 1.0 / 16;
 constexpr int kSweepsMax = 60;
 constexpr double kComplexityTolerance = 1e-9;
-
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 double Power(double base, double exponent) { return Exp(exponent * Log(base)); }
 
@@ -97,32 +96,34 @@ std::vector<Metric> MetricOfField(const MeshData& mesh, std::span<const double> 
   return metric;
 }
 
-std::vector<Metric> Bounded(std::span<const Metric> metric, double factor,
-                            const SizeBounds& bounds) {
+std::vector<Metric> ScaledAndBounded(std::span<const Metric> metric, double factor,
+                                     const SizeBounds& bounds) {
   std::vector<Metric> result;
   result.reserve(metric.size());
   for (const Metric& tensor : metric) result.push_back(Bound(factor * tensor, bounds));
   return result;
 }
 
-Error Refuse(ErrorCode code, const char* field, const std::string& message) {
+Error RefuseSolution(ErrorCode code, const char* field, const std::string& message) {
   return {code, message, std::string("metric.solution") + field};
 }
 
-Status Check(const MeshData& mesh, std::span<const std::vector<double>> fields,
-             const SolutionTarget& target) {
+Status CheckSolution(const MeshData& mesh, std::span<const std::vector<double>> fields,
+                     const SolutionTarget& target) {
   if (fields.empty() || mesh.triangles.empty()) {
-    return Refuse(ErrorCode::kEmpty, ".field", "a metric of a solution needs a field and a mesh");
+    return RefuseSolution(ErrorCode::kEmpty, ".field",
+                          "a metric of a solution needs a field and a mesh");
   }
   for (std::size_t k = 0; k < fields.size(); ++k) {
     if (fields[k].size() != mesh.points.size()) {
-      return Refuse(ErrorCode::kArrayLength, ".field",
-                    "field " + std::to_string(k) + " has " + std::to_string(fields[k].size()) +
-                        " values for " + std::to_string(mesh.points.size()) + " points");
+      return RefuseSolution(ErrorCode::kArrayLength, ".field",
+                            "field " + std::to_string(k) + " has " +
+                                std::to_string(fields[k].size()) + " values for " +
+                                std::to_string(mesh.points.size()) + " points");
     }
     for (std::size_t i = 0; i < fields[k].size(); ++i) {
       if (std::isfinite(fields[k][i])) continue;
-      Error error = Refuse(
+      Error error = RefuseSolution(
           ErrorCode::kNotFinite, ".field",
           "value " + std::to_string(i) + " of field " + std::to_string(k) + " is NaN or infinite");
       error.index = static_cast<std::int64_t>(i);
@@ -131,19 +132,20 @@ Status Check(const MeshData& mesh, std::span<const std::vector<double>> fields,
     }
   }
   if (!(target.norm_exponent >= 1 && target.norm_exponent <= kExponentMax)) {
-    return Refuse(ErrorCode::kOutOfRange, ".norm_exponent",
-                  "the exponent of the norm is " + std::to_string(target.norm_exponent) +
-                      "; expected 1 to 100");
+    return RefuseSolution(ErrorCode::kOutOfRange, ".norm_exponent",
+                          "the exponent of the norm is " + std::to_string(target.norm_exponent) +
+                              "; expected 1 to 100");
   }
   if (!(target.calm_share > 0 && target.calm_share <= 1)) {
-    return Refuse(ErrorCode::kOutOfRange, ".calm_share", "expected a share in (0, 1]");
+    return RefuseSolution(ErrorCode::kOutOfRange, ".calm_share", "expected a share in (0, 1]");
   }
   const auto* complexity = std::get_if<TargetComplexity>(&target.target);
   const double wanted =
       complexity != nullptr ? complexity->complexity : std::get<TargetError>(target.target).error;
   if (!(wanted > 0) || !std::isfinite(wanted)) {
-    return Refuse(ErrorCode::kOutOfRange, complexity != nullptr ? ".complexity" : ".error",
-                  "the target is " + std::to_string(wanted) + "; expected a positive number");
+    return RefuseSolution(
+        ErrorCode::kOutOfRange, complexity != nullptr ? ".complexity" : ".error",
+        "the target is " + std::to_string(wanted) + "; expected a positive number");
   }
   return {};
 }
@@ -153,13 +155,13 @@ Status Check(const MeshData& mesh, std::span<const std::vector<double>> fields,
 Result<std::vector<Metric>> MetricOfSolution(const MeshData& mesh,
                                              std::span<const std::vector<double>> fields,
                                              const SolutionTarget& target) {
-  PLIANT_RETURN_IF_ERROR(Check(mesh, fields, target));
+  PLIANT_RETURN_IF_ERROR(CheckSolution(mesh, fields, target));
   std::vector<Metric> metric = MetricOfField(mesh, fields[0], target);
   for (std::size_t k = 1; k < fields.size(); ++k) {
     const std::vector<Metric> other = MetricOfField(mesh, fields[k], target);
     for (std::size_t i = 0; i < metric.size(); ++i) metric[i] = Intersect(metric[i], other[i]);
   }
-  std::vector<Metric> result = Bounded(metric, 1, target.bounds);
+  std::vector<Metric> result = ScaledAndBounded(metric, 1, target.bounds);
   const auto* wanted = std::get_if<TargetComplexity>(&target.target);
   if (wanted == nullptr) return result;
   // Complexity grows with the factor, at most in proportion, so that this approaches it from one
@@ -172,7 +174,7 @@ Result<std::vector<Metric>> MetricOfSolution(const MeshData& mesh,
     if (std::fabs(ratio - 1) <= kComplexityTolerance || complexity == last) break;
     last = complexity;
     factor *= ratio;
-    result = Bounded(metric, factor, target.bounds);
+    result = ScaledAndBounded(metric, factor, target.bounds);
   }
   return result;
 }

@@ -3,15 +3,10 @@
 #include <algorithm>
 #include <tuple>
 
+#include "core/base/as_index.h"
 #include "core/base/check.h"
 
 namespace pliant {
-namespace {
-
-std::size_t Index(std::int32_t number) { return static_cast<std::size_t>(number); }
-
-}  // namespace
-
 LogMetric RingMean(const LogMetric& own, std::span<PlacedLog> ring) {
   std::ranges::sort(ring, {}, [](const PlacedLog& placed) {
     return std::tuple(placed.position.x, placed.position.y);
@@ -29,7 +24,7 @@ TensorSmoothing::TensorSmoothing(std::int32_t pass_count) : pass_count_(pass_cou
 void TensorSmoothing::Set(std::int32_t vertex, const Metric& raw) {
   if (Row(vertex) >= logs_.size()) {
     logs_.resize(Row(vertex + 1));
-    listed_.resize(Index(vertex) + 1);
+    listed_.resize(AsIndex(vertex) + 1);
   }
   Write(vertex, 0, Log(raw));
 }
@@ -51,10 +46,10 @@ std::vector<std::int32_t> TensorSmoothing::Update(VertexRings& rings,
     std::ranges::for_each(changed, add_with_ring);
     changed.clear();
     for (const std::int32_t v : list) {
-      listed_[Index(v)] = 0;
+      listed_[AsIndex(v)] = 0;
       if (stopped()) continue;
       const LogMetric mean = Mean(rings, v, pass);
-      if (logs_[Row(v) + Index(pass)] == mean) continue;
+      if (logs_[Row(v) + AsIndex(pass)] == mean) continue;
       Write(v, pass, mean);
       changed.push_back(v);
     }
@@ -64,7 +59,7 @@ std::vector<std::int32_t> TensorSmoothing::Update(VertexRings& rings,
 }
 
 LogMetric TensorSmoothing::Mean(VertexRings& rings, std::int32_t vertex, std::int32_t pass) {
-  const std::size_t before = Index(pass - 1);
+  const std::size_t before = AsIndex(pass - 1);
   ring_.clear();
   for (const std::int32_t q : rings.Neighbors(vertex)) {
     ring_.push_back({rings.position(q), logs_[Row(q) + before]});
@@ -73,21 +68,21 @@ LogMetric TensorSmoothing::Mean(VertexRings& rings, std::int32_t vertex, std::in
 }
 
 void TensorSmoothing::Add(std::int32_t vertex, std::vector<std::int32_t>& list) {
-  if (listed_[Index(vertex)] != 0) return;
-  listed_[Index(vertex)] = 1;
+  if (listed_[AsIndex(vertex)] != 0) return;
+  listed_[AsIndex(vertex)] = 1;
   list.push_back(vertex);
 }
 
 bool TensorSmoothing::Differs(std::int32_t vertex) const {
-  return logs_[Row(vertex)] != logs_[Row(vertex) + Index(pass_count_)];
+  return logs_[Row(vertex)] != logs_[Row(vertex) + AsIndex(pass_count_)];
 }
 
 Metric TensorSmoothing::At(std::int32_t vertex) const {
-  return Exp(logs_[Row(vertex) + Index(pass_count_)]);
+  return Exp(logs_[Row(vertex) + AsIndex(pass_count_)]);
 }
 
 void TensorSmoothing::Write(std::int32_t vertex, std::int32_t pass, const LogMetric& log) {
-  const std::size_t index = Row(vertex) + Index(pass);
+  const std::size_t index = Row(vertex) + AsIndex(pass);
   // Of rows that the last commit did not have, nothing comes back.
   if (index < committed_size_) undo_.push_back({index, logs_[index]});
   logs_[index] = log;
@@ -103,7 +98,7 @@ void TensorSmoothing::Rollback() {
   for (auto old = undo_.rbegin(); old != undo_.rend(); ++old) logs_[old->index] = old->log;
   undo_.clear();
   logs_.resize(committed_size_);
-  listed_.resize(pass_count_ == 0 ? 0 : committed_size_ / Index(pass_count_ + 1));
+  listed_.resize(pass_count_ == 0 ? 0 : committed_size_ / AsIndex(pass_count_ + 1));
 }
 
 }  // namespace pliant

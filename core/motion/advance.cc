@@ -309,7 +309,7 @@ bool Advance::SwapOne(TriangleId id, double s) {
   for (int corner = 0; corner < 3; ++corner) {
     const TriangleRecord& t = mesh_.triangle(id);
     const TriangleId other = t.neighbors[static_cast<std::size_t>(corner)];
-    if (((t.constrained >> corner) & 1) != 0 || !other.valid() || t.frozen) continue;
+    if (t.IsConstrained(corner) || !other.valid() || t.frozen) continue;
     const VertexId p = t.vertices[static_cast<std::size_t>(corner)];
     const VertexId a = t.vertices[static_cast<std::size_t>(NextCorner(corner))];
     const VertexId b = t.vertices[static_cast<std::size_t>(PreviousCorner(corner))];

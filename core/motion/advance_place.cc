@@ -8,7 +8,7 @@ namespace pliant {
 namespace {
 
 /// From one in so many on, looking at everybody in order is cheaper than sorting a list.
-constexpr std::size_t kScanShare = 8;
+constexpr std::size_t kFewNear = 8;
 
 }  // namespace
 
@@ -38,7 +38,7 @@ void Advance::GatherNear() {
     for (const VertexId corner : mesh_.triangle(id).vertices) add(corner);
   });
   // The ends of a segment before those that ride on it: movers have the lower places.
-  if (kScanShare * near_.size() < moving_.size()) {
+  if (kFewNear * near_.size() < moving_.size()) {
     std::sort(near_.begin(), near_.end());
     return;
   }

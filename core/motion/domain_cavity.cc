@@ -1,6 +1,5 @@
 #include "core/motion/domain_cavity.h"
 
-#include <algorithm>
 #include <array>
 #include <cmath>
 #include <limits>
@@ -8,17 +7,13 @@
 #include "core/geometry/box_tree.h"
 #include "core/geometry/predicates.h"
 #include "core/geometry/segments.h"
+#include "core/geometry/triangle_point.h"
 #include "core/mesh/star.h"
 
 namespace pliant {
 namespace {
 
 using Corners = std::array<Vec2, 3>;
-
-bool Contains(const Corners& corners, Vec2 p) {
-  return Orient2d(corners[0], corners[1], p) >= 0 && Orient2d(corners[1], corners[2], p) >= 0 &&
-         Orient2d(corners[2], corners[0], p) >= 0;
-}
 
 /// True if they have a point in common, ends included. @pre a != b
 bool Touch(const DomainPiece& piece, Vec2 a, Vec2 b) {

@@ -5,6 +5,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/base/as_index.h"
 #include "core/delaunay/constrain.h"
 #include "core/delaunay/delaunay.h"
 
@@ -12,8 +13,6 @@ namespace pliant {
 namespace {
 
 using Kind = WallSide::Kind;
-
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// One part of the plane, as far as no wall is in the way.
 struct Part {

@@ -7,6 +7,7 @@
 #include <tuple>
 #include <utility>
 
+#include "core/base/sort_unique.h"
 #include "core/geometry/box_tree.h"
 #include "core/mesh/segment_edges.h"
 
@@ -68,8 +69,7 @@ class Matcher {
         if (end.valid()) known_.push_back(end);
       }
     }
-    std::sort(known_.begin(), known_.end());
-    known_.erase(std::unique(known_.begin(), known_.end()), known_.end());
+    SortUnique(known_);
     given_ = known_;
   }
 
@@ -154,8 +154,7 @@ class Matcher {
       ForEachInside(mesh_, old, [&](VertexId vertex, double) { add(vertex); });
       add(line.b);
     }
-    std::sort(candidates.begin(), candidates.end());
-    candidates.erase(std::unique(candidates.begin(), candidates.end()), candidates.end());
+    SortUnique(candidates);
     return candidates;
   }
 

@@ -6,6 +6,8 @@
 #include <string>
 #include <tuple>
 
+#include "core/base/as_index.h"
+#include "core/base/sort_unique.h"
 #include "core/delaunay/triangulate.h"
 #include "core/geometry/box_tree.h"
 #include "core/geometry/segments.h"
@@ -16,20 +18,12 @@ namespace {
 
 using Kind = WallSide::Kind;
 
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-template <class IdType>
-void SortUnique(std::vector<IdType>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
-
 WallSide SideOf(const SideState& state) {
   return state ? WallSide{Kind::kRegion, *state} : WallSide{Kind::kOutside, 0};
 }
 
 /// The triangles left and right of a constrained edge, seen along it.
-std::array<TriangleId, 2> TrianglesAt(const Mesh& mesh, EdgeId id) {
+std::array<TriangleId, 2> TrianglesBeside(const Mesh& mesh, EdgeId id) {
   const EdgeRecord& edge = mesh.edge(id);
   const TriangleRecord& at = mesh.triangle(edge.triangle);
   for (std::size_t side = 0; side < 3; ++side) {
@@ -265,7 +259,7 @@ void DomainSwap::DrawWalls(const Mesh& mesh) {
     const SegmentRecord& line = mesh.segments()[AsIndex(segment.old)];
     const EdgeId first = EdgeFrom(mesh, segment.old, line.a);
     const EdgeSides sides = *match_.SidesOf(mesh, first);
-    const auto [left, right] = TrianglesAt(mesh, first);
+    const auto [left, right] = TrianglesBeside(mesh, first);
     // Only where there is something to be made behind the edges are all of them needed.
     if ((sides.left && !left.valid()) || (sides.right && !right.valid())) {
       ForEachPiece(mesh, segment.old, [&](EdgeId edge) { pieces.push_back(edge); });
@@ -279,7 +273,7 @@ void DomainSwap::DrawWalls(const Mesh& mesh) {
 /// edges that get walls if there is nothing yet.
 void DomainSwap::LookBehind(const Mesh& mesh, EdgeId edge, std::span<const EdgeId> alike) {
   const EdgeSides sides = *match_.SidesOf(mesh, edge);
-  const auto [left, right] = TrianglesAt(mesh, edge);
+  const auto [left, right] = TrianglesBeside(mesh, edge);
   const auto look = [&](TriangleId id, const SideState& wanted) {
     if (id.valid() && !cavity_.Has(id)) behind_.emplace_back(id, wanted);
   };
@@ -293,7 +287,7 @@ void DomainSwap::LookBehind(const Mesh& mesh, EdgeId edge, std::span<const EdgeI
 /// Draws an edge that stays, with what the new domain has on its sides.
 void DomainSwap::DrawKept(const Mesh& mesh, EdgeId edge) {
   const EdgeSides sides = *match_.SidesOf(mesh, edge);
-  const auto [left, right] = TrianglesAt(mesh, edge);
+  const auto [left, right] = TrianglesBeside(mesh, edge);
   const auto [a, b] = mesh.edge(edge).vertices;
   CavityWall drawn{{a, b, SideOf(sides.left), SideOf(sides.right)}, {}};
   if (left.valid() && !cavity_.Has(left)) {
@@ -314,7 +308,7 @@ void DomainSwap::DrawAroundCavity(const Mesh& mesh) {
       const VertexId a = triangle.vertices[(side + 1) % 3];
       const VertexId b = triangle.vertices[(side + 2) % 3];
       const TriangleId beyond = triangle.neighbors[side];
-      if (((triangle.constrained >> side) & 1) != 0) {
+      if (triangle.IsConstrained(side)) {
         const EdgeId edge = mesh.FindEdge(a, b);
         if (match_.SidesOf(mesh, edge)) {
           DrawKept(mesh, edge);

@@ -4,6 +4,7 @@
 #include <array>
 #include <string>
 
+#include "core/base/as_index.h"
 #include "core/mesh/id_bits.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/mesh/segment_edges.h"
@@ -14,9 +15,7 @@ namespace {
 
 using Kind = WallSide::Kind;
 
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-void AddCorners(const std::array<VertexId, 3>& corners, std::vector<VertexId>& to) {
+void Append(const std::array<VertexId, 3>& corners, std::vector<VertexId>& to) {
   to.insert(to.end(), corners.begin(), corners.end());
 }
 
@@ -76,7 +75,7 @@ Status DomainSwap::Flood(const Mesh& mesh, TriangleId start, const SideState& wa
     for (std::size_t side = 0; side < 3; ++side) {
       const TriangleId beyond = triangle.neighbors[side];
       if (!beyond.valid() || cavity_.Has(beyond)) continue;
-      if (((triangle.constrained >> side) & 1) != 0) {
+      if (triangle.IsConstrained(side)) {
         const EdgeId edge =
             mesh.FindEdge(triangle.vertices[(side + 1) % 3], triangle.vertices[(side + 2) % 3]);
         if (match_.SidesOf(mesh, edge)) continue;
@@ -106,7 +105,7 @@ void DomainSwap::KeepAlike(const Mesh& mesh, std::vector<NewTriangle>& triangles
     const TriangleRecord& triangle = mesh.triangle(id);
     bool closed = true;
     for (std::size_t side = 0; side < 3; ++side) {
-      const bool constrained = ((triangle.constrained >> side) & 1) != 0;
+      const bool constrained = triangle.IsConstrained(side);
       closed = closed && (triangle.neighbors[side].valid() || constrained);
     }
     if (closed && !changes(triangle.vertices)) old[CanonicalTriangle(triangle.vertices)] = id;
@@ -204,7 +203,7 @@ MeshChange::Outcome DomainSwap::Finish(const Mesh& mesh,
                                        std::span<const NewTriangle> triangles) const {
   Outcome outcome;
   outcome.created = created_;
-  for (const NewTriangle& triangle : triangles) AddCorners(triangle.vertices, outcome.disturbed);
+  for (const NewTriangle& triangle : triangles) Append(triangle.vertices, outcome.disturbed);
   for (const VertexId vertex : match_.no_longer_given) {
     if (mesh.IsLive(vertex)) outcome.disturbed.push_back(vertex);
   }

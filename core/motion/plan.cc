@@ -12,6 +12,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "core/base/sort_unique.h"
 #include "core/mesh/id_bits.h"
 #include "core/mesh/place_map.h"
 #include "core/mesh/segment_edges.h"
@@ -72,11 +73,6 @@ class NearestFirst {
 
   std::vector<Key> heap_;
 };
-
-bool SameBits(Vec2 a, Vec2 b) {
-  return std::bit_cast<std::uint64_t>(a.x) == std::bit_cast<std::uint64_t>(b.x) &&
-         std::bit_cast<std::uint64_t>(a.y) == std::bit_cast<std::uint64_t>(b.y);
-}
 
 Status CheckShape(const PathShape& shape, std::size_t index) {
   const auto bad = [&](ErrorCode code, const std::string& what) {
@@ -279,8 +275,7 @@ void MotionPlan::FindRiders(const Mesh& mesh) {
   for (const auto& [slot, named] : named_) {
     if (!SameBits(mesh.position(named.vertex), named.to)) segments_.push_back(named.segment);
   }
-  std::sort(segments_.begin(), segments_.end());
-  segments_.erase(std::unique(segments_.begin(), segments_.end()), segments_.end());
+  SortUnique(segments_);
   for (const std::int32_t segment : segments_) {
     const SegmentRecord& line = mesh.segments()[static_cast<std::size_t>(segment)];
     const Vec2 a = EndOf(mesh, line.a);

@@ -11,7 +11,7 @@ namespace {
 
 /// Rounds with borders of their own. What waits after the last is a few nodes in ten thousand.
 constexpr double kLowShares[] = {0.5, 0.4, 0.6};
-constexpr int kRoundsMax = std::size(kLowShares);
+constexpr int kSharingRoundsMax = std::size(kLowShares);
 
 /// A round with fewer active nodes than this share of a block for each block is not worth it.
 constexpr std::int64_t kWorthwhileShare = 16;
@@ -63,7 +63,7 @@ BlockLoop::~BlockLoop() = default;
 
 bool BlockLoop::Suits(const Mesh& mesh, const Options& options, const BlockRule& rule) {
   const std::int64_t room =
-      std::int64_t{BlockCount(mesh, rule) + kRoundsMax - 1} * RoomOf(rule).vertices;
+      std::int64_t{BlockCount(mesh, rule) + kSharingRoundsMax - 1} * RoomOf(rule).vertices;
   return mesh.vertex_count() >= rule.nodes_min && options.variant != Variant::kPaper &&
          mesh.vertex_count() + room <= options.vertices_max;
 }
@@ -83,7 +83,7 @@ StopReason BlockLoop::Run(const MetricField& field, const Budget& budget, Execut
 bool BlockLoop::WantsRound() const {
   const std::int64_t worthwhile =
       std::int64_t{BlockCount(edit_.mesh(), rule_)} * rule_.nodes_per_block / kWorthwhileShare;
-  return round_ < kRoundsMax && loop_.active_count() >= worthwhile &&
+  return round_ < kSharingRoundsMax && loop_.active_count() >= worthwhile &&
          Suits(edit_.mesh(), options_, rule_);
 }
 

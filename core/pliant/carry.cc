@@ -8,6 +8,7 @@
 
 #include "core/mesh/frozen_mesh.h"
 #include "core/mesh/place_map.h"
+#include "core/mesh/scan_pays.h"
 #include "core/mesh/star.h"
 #include "core/pliant/displace.h"
 #include "core/pliant/look_ahead.h"
@@ -21,7 +22,7 @@ namespace {
 /// Where fewer vertices than this change, the loop is done before a shift is found.
 constexpr std::size_t kChangedMin = 1500;
 /// Vertices that are asked for the shift.
-constexpr std::size_t kSamples = 96;
+constexpr std::size_t kSampledChanges = 96;
 /// At most this share of the differences between new and old tensors may be left where the new ones
 /// are compared with the old ones from where they came.
 constexpr double kHasCome = 0.3;
@@ -33,9 +34,6 @@ constexpr double kChangeLeft = 0.5;
 /// is a rule of the place: tensors remember changes below the tolerance of updates before, and a
 /// band that goes by these has a ragged rim, which runs over vertices far beyond the front.
 constexpr double kRimOfBand = 1.5;
-
-/// Of more vertices than one for so many triangles, all triangles are read to find their rim.
-constexpr std::ptrdiff_t kScanShare = 12;
 
 class Carrier {
  public:
@@ -142,8 +140,8 @@ class Carrier {
 
   [[nodiscard]] static std::vector<std::size_t> SampleOf(const std::vector<std::size_t>& changed) {
     std::vector<std::size_t> sample;
-    for (std::size_t k = 0; k < kSamples; ++k) {
-      sample.push_back(changed[k * changed.size() / kSamples]);
+    for (std::size_t k = 0; k < kSampledChanges; ++k) {
+      sample.push_back(changed[k * changed.size() / kSampledChanges]);
     }
     return sample;
   }
@@ -242,7 +240,7 @@ class Carrier {
   /// only propose it again, in vain.
   [[nodiscard]] std::vector<bool> FindRim() const {
     std::vector<bool> at_rim;
-    if (kScanShare * std::ssize(carried_) <= mesh_.triangle_slots()) return at_rim;
+    if (!ScanPays(mesh_, std::ssize(carried_))) return at_rim;
     at_rim.assign(static_cast<std::size_t>(mesh_.vertex_slots()), false);
     for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) {
       const TriangleRecord& triangle = mesh_.triangle(TriangleId(t));

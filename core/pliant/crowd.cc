@@ -15,7 +15,7 @@ double LinkLength(const Mesh& mesh, const Star& star, std::size_t k) {
   const VertexRecord& a = mesh.vertex(star.ring()[k]);
   const VertexRecord& b = mesh.vertex(star.ring_after(k));
   if (!a.fixed || !b.fixed) return 1;
-  const double squared = SquaredLength(0.5 * (a.metric + b.metric), b.position - a.position);
+  const double squared = SquaredEdgeLength(a, b);
   return squared < 1 ? std::sqrt(squared) : 1;
 }
 

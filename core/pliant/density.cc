@@ -55,8 +55,7 @@ DensityProbe::Stretch DensityProbe::StretchAround(VertexId node) const {
       const VertexId next = mesh_.edge(edge).vertices[way];
       const VertexRecord& a = mesh_.vertex(at);
       const VertexRecord& b = mesh_.vertex(next);
-      stretch.length +=
-          std::sqrt(SquaredLength(0.5 * (a.metric + b.metric), b.position - a.position));
+      stretch.length += std::sqrt(SquaredEdgeLength(a, b));
       ++stretch.count;
       if (b.fixed) break;
       at = next;

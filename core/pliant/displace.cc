@@ -6,10 +6,12 @@
 #include <string>
 #include <utility>
 
+#include "core/base/sort_unique.h"
 #include "core/delaunay/cavity.h"
 #include "core/delaunay/overtaken.h"
 #include "core/geometry/predicates.h"
 #include "core/mesh/place_map.h"
+#include "core/mesh/scan_pays.h"
 #include "core/mesh/star.h"
 #include "core/pliant/refill.h"
 #include "core/pliant/slide.h"
@@ -24,11 +26,8 @@ constexpr double kSquaredLong = 1.25 * 1.25;
 constexpr double kQualityKept = 0.95;
 
 /// A triangle lower than this, in metric length, that has lost half of its height is not kept.
-constexpr double kLowHeight = 0.2;
-constexpr double kHeightLost = 0.5;
-
-/// Of more vertices than one for so many triangles, all triangles are read to find theirs.
-constexpr std::ptrdiff_t kScanShare = 12;
+constexpr double kLowAfterwards = 0.2;
+constexpr double kHeightKept = 0.5;
 
 class Displacer {
  public:
@@ -72,8 +71,7 @@ class Displacer {
     }
     if (behind_ == Behind::kRefilled) Refill();
     std::vector<VertexId>& all = displaced_.disturbed;
-    std::sort(all.begin(), all.end());
-    all.erase(std::unique(all.begin(), all.end()), all.end());
+    SortUnique(all);
     std::erase_if(all, [&](VertexId vertex) { return !mesh_.IsLive(vertex); });
     return std::move(displaced_);
   }
@@ -124,8 +122,7 @@ class Displacer {
     displaced_.removed_count = std::ssize(filled->removed);
     // The new triangles have the slots of the old ones.
     torn_.insert(torn_.end(), cavity.begin(), cavity.end());
-    std::sort(torn_.begin(), torn_.end());
-    torn_.erase(std::unique(torn_.begin(), torn_.end()), torn_.end());
+    SortUnique(torn_);
     return true;
   }
 
@@ -147,8 +144,7 @@ class Displacer {
       star_.Gather(mesh_, vertex);
       spoiled.insert(spoiled.end(), star_.triangles().begin(), star_.triangles().end());
     }
-    std::sort(spoiled.begin(), spoiled.end());
-    spoiled.erase(std::unique(spoiled.begin(), spoiled.end()), spoiled.end());
+    SortUnique(spoiled);
     return spoiled;
   }
 
@@ -161,7 +157,7 @@ class Displacer {
       const int moving = (Moves(v[0]) ? 1 : 0) + (Moves(v[1]) ? 1 : 0) + (Moves(v[2]) ? 1 : 0);
       if (moving > 0) visit(id, moving == 3);
     };
-    if (kScanShare * std::ssize(list_) > mesh_.triangle_slots()) {
+    if (ScanPays(mesh_, std::ssize(list_))) {
       for (std::int32_t t = 0; t < mesh_.triangle_slots(); ++t) {
         if (mesh_.triangle(TriangleId(t)).live) look(TriangleId(t));
       }
@@ -189,8 +185,8 @@ class Displacer {
       return Cross(p[1] - p[0], p[2] - p[0]) * std::sqrt(Determinant(sum) / (3 * longest));
     };
     const double now = height({mesh_.position(v[0]), mesh_.position(v[1]), mesh_.position(v[2])});
-    return now < kLowHeight &&
-           now < kHeightLost * height({Before(v[0]), Before(v[1]), Before(v[2])});
+    return now < kLowAfterwards &&
+           now < kHeightKept * height({Before(v[0]), Before(v[1]), Before(v[2])});
   }
 
   /// Whether edges and shape of a triangle are good, now.

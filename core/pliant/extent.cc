@@ -12,10 +12,6 @@ double StarArea(const Mesh& mesh, const Star& star, std::size_t k) {
   return NormalizedArea(center.position, center.metric, a.position, a.metric, b.position, b.metric);
 }
 
-double SquaredDistance(const VertexRecord& a, const VertexRecord& b) {
-  return SquaredLength(0.5 * (a.metric + b.metric), b.position - a.position);
-}
-
 template <class IsAllowed>
 SpokeExtent LargestAmong(const Mesh& mesh, const Star& star, IsAllowed is_allowed) {
   const VertexRecord& center = mesh.vertex(star.center());
@@ -27,7 +23,7 @@ SpokeExtent LargestAmong(const Mesh& mesh, const Star& star, IsAllowed is_allowe
     double extent = 0.8 * (area_before + area_after);
     area_before = area_after;
     if (center.edge.valid() && mesh.FindEdge(star.center(), star.ring()[k]).valid()) {
-      extent = 0.5 * SquaredDistance(center, mesh.vertex(star.ring()[k]));
+      extent = 0.5 * SquaredEdgeLength(center, mesh.vertex(star.ring()[k]));
     }
     if (extent > largest.extent && is_allowed(k)) largest = {k, extent};
   }
@@ -43,8 +39,8 @@ double NodeExtent(const Mesh& mesh, const Star& star, const Crowd& crowd) {
   if (center.edge.valid()) {
     const auto [before, after] = mesh.SegmentEdges(star.center());
     const double sum =
-        std::sqrt(SquaredDistance(center, mesh.vertex(mesh.edge(before).vertices[0]))) +
-        std::sqrt(SquaredDistance(center, mesh.vertex(mesh.edge(after).vertices[1])));
+        std::sqrt(SquaredEdgeLength(center, mesh.vertex(mesh.edge(before).vertices[0]))) +
+        std::sqrt(SquaredEdgeLength(center, mesh.vertex(mesh.edge(after).vertices[1])));
     return 0.5 * sum * sum;
   }
   double area = 0;

@@ -1,21 +1,16 @@
 #include "core/pliant/frozen.h"
 
 #include <algorithm>
-#include <bit>
 #include <cstddef>
 #include <iterator>
 #include <span>
 #include <string>
 #include <utility>
 
+#include "core/base/sort_unique.h"
+
 namespace pliant {
 namespace {
-
-template <class IdType>
-void SortUnique(std::vector<IdType>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
 
 /// Refuses names that name nothing, and those that come twice.
 template <class Name, class Exists, class Number>
@@ -72,7 +67,7 @@ void AddRegions(const Mesh& mesh, std::span<const std::int32_t> regions, FrozenE
     const auto& corners = triangle.vertices;
     frozen.vertices.insert(frozen.vertices.end(), corners.begin(), corners.end());
     for (int side = 0; side < 3; ++side) {
-      if (((triangle.constrained >> side) & 1) == 0) continue;
+      if (!triangle.IsConstrained(side)) continue;
       frozen.edges.push_back(
           mesh.FindEdge(corners[static_cast<std::size_t>(NextCorner(side))],
                         corners[static_cast<std::size_t>(PreviousCorner(side))]));
@@ -103,11 +98,6 @@ Error Changed(const std::string& what, const std::string& elements, std::int32_t
               " is frozen and would be changed: lift that constraint first, or ask for something "
               "that leaves it alone",
           elements, slot};
-}
-
-bool SameBits(Vec2 a, Vec2 b) {
-  return std::bit_cast<std::uint64_t>(a.x) == std::bit_cast<std::uint64_t>(b.x) &&
-         std::bit_cast<std::uint64_t>(a.y) == std::bit_cast<std::uint64_t>(b.y);
 }
 
 }  // namespace

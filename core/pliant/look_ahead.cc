@@ -21,7 +21,7 @@ constexpr std::ptrdiff_t kFarAtOnce = 16;
 constexpr double kNear = 4;
 
 /// Strays are looked through so many times for those who have a neighbour with an answer.
-constexpr int kRounds = 16;
+constexpr int kLookRounds = 16;
 
 class Looker {
  public:
@@ -140,7 +140,7 @@ class Looker {
   /// Asks for strays who have a neighbour with an answer, then for their neighbours, and so on; for
   /// the rest from where they are.
   void AskStrays() {
-    for (int round = 0; round < kRounds && !strays_.empty() && !stopped_(); ++round) {
+    for (int round = 0; round < kLookRounds && !strays_.empty() && !stopped_(); ++round) {
       std::vector<std::size_t> later;
       for (const std::size_t k : strays_) {
         const Ahead* const near = AnswerNear(vertices_[k]);

@@ -21,15 +21,15 @@ constexpr double kHalvedLength = 1.6;
 /// Edges that one call halves at most: some milliseconds. The loop splits the others.
 constexpr std::size_t kHalvedMax = std::size_t{1} << 14;
 
-/// A size that falls by more than 2^kRounds is left to the loop in the end.
-constexpr int kRounds = 6;
+/// A size that falls by more than 2^kHalvingRounds is left to the loop in the end.
+constexpr int kHalvingRounds = 6;
 
 }  // namespace
 
 void PliantLoop::HalveLongEdges(const MetricField& field, std::vector<VertexId> nodes) {
   if (options_.variant == Variant::kPaper || !(options_.permissions == Permissions{})) return;
   std::size_t left = kHalvedMax;
-  for (int round = 0; round < kRounds && left > 0; ++round) {
+  for (int round = 0; round < kHalvingRounds && left > 0; ++round) {
     const std::vector<VertexId> made = HalveOnce(field, nodes, left);
     if (made.empty()) return;
     left -= made.size();
@@ -82,7 +82,7 @@ bool PliantLoop::IsLarge(const std::array<VertexId, 3>& corners) const {
   for (std::size_t i = 0; i < 3; ++i) {
     const VertexRecord& a = mesh_.vertex(corners[i]);
     const VertexRecord& b = mesh_.vertex(corners[(i + 1) % 3]);
-    const double squared = SquaredLength(0.5 * (a.metric + b.metric), b.position - a.position);
+    const double squared = SquaredEdgeLength(a, b);
     if (!(squared > kHalvedLength * kHalvedLength)) return false;
   }
   return true;

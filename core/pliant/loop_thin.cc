@@ -22,8 +22,8 @@ constexpr double kShortLength = 0.7;
 /// Nodes that one call takes away at most: some milliseconds. The loop deletes the others.
 constexpr std::size_t kThinnedMax = std::size_t{1} << 14;
 
-/// A size that grows by more than 2^kRounds is left to the loop in the end.
-constexpr int kRounds = 6;
+/// A size that grows by more than 2^kThinningRounds is left to the loop in the end.
+constexpr int kThinningRounds = 6;
 
 }  // namespace
 
@@ -98,7 +98,7 @@ class PliantLoop::Thinning {
 void PliantLoop::ThinOut(std::vector<VertexId> nodes) {
   if (options_.variant == Variant::kPaper || !(options_.permissions == Permissions{})) return;
   std::size_t left = kThinnedMax;
-  for (int round = 0; round < kRounds; ++round) {
+  for (int round = 0; round < kThinningRounds; ++round) {
     std::erase_if(nodes, [&](VertexId node) { return !IsCrowded(node); });
     if (nodes.empty()) return;
     for (const VertexId node : Thinning(mesh_, nodes).Run()) {
@@ -115,8 +115,7 @@ bool PliantLoop::IsCrowded(VertexId node) {
   star_.Gather(mesh_, node);
   return std::ranges::all_of(star_.ring(), [&](VertexId other) {
     const VertexRecord& far = mesh_.vertex(other);
-    const double squared =
-        SquaredLength(0.5 * (record.metric + far.metric), far.position - record.position);
+    const double squared = SquaredEdgeLength(record, far);
     return squared < kShortLength * kShortLength;
   });
 }

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/base/sort_unique.h"
 #include "core/geometry/predicates.h"
 #include "core/pliant/merit.h"
 #include "core/pliant/trouble.h"
@@ -37,11 +38,6 @@ constexpr std::array<Vec2, 8> kCompass = {{{1, 0},
                                            {0, -1},
                                            {kDiagonal, -kDiagonal}}};
 
-void SortAndDropRepeats(std::vector<VertexId>& nodes) {
-  std::sort(nodes.begin(), nodes.end());
-  nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
-}
-
 }  // namespace
 
 bool Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since, Executor& executor) {
@@ -60,8 +56,8 @@ bool Mender::Start(std::uint32_t warm_since, std::uint32_t reached_since, Execut
     nodes.insert(nodes.end(), part.nodes.begin(), part.nodes.end());
     state_.poor.insert(state_.poor.end(), part.poor.begin(), part.poor.end());
   }
-  SortAndDropRepeats(nodes);
-  SortAndDropRepeats(state_.poor);  // However many updates end before their mending does.
+  SortUnique(nodes);
+  SortUnique(state_.poor);  // However many updates end before their mending does.
   state_.waiting = std::move(nodes);
   state_.next = 0;
   return true;
@@ -143,7 +139,7 @@ Mender::Mended Mender::VisitNext(const MetricField& field) {
     }
   }
   if (done()) {
-    SortAndDropRepeats(state_.next_round);
+    SortUnique(state_.next_round);
     state_.waiting = std::exchange(state_.next_round, {});
     state_.next = 0;
   }
@@ -151,7 +147,7 @@ Mender::Mended Mender::VisitNext(const MetricField& field) {
 }
 
 std::vector<VertexId> Mender::TakeMoved() {
-  SortAndDropRepeats(state_.moved);
+  SortUnique(state_.moved);
   return std::exchange(state_.moved, {});
 }
 
@@ -342,7 +338,7 @@ bool Mender::WantsSwap(Side side) const {
   const TriangleRecord& triangle = mesh_.triangle(side.triangle);
   const auto corner = static_cast<std::size_t>(side.corner);
   const TriangleId beyond = triangle.neighbors[corner];
-  if (!beyond.valid() || ((triangle.constrained >> side.corner) & 1) != 0 || triangle.frozen) {
+  if (!beyond.valid() || triangle.IsConstrained(side.corner) || triangle.frozen) {
     return false;
   }
   const MeritCorner y = MeritCornerAt(mesh_, triangle.vertices[corner]);

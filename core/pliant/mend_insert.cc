@@ -34,7 +34,7 @@ bool Mender::IsCrowdedLink(std::span<const MeritCorner> ring, std::size_t k) con
   const TriangleId id = star_.triangles()[k];
   const TriangleRecord& triangle = mesh_.triangle(id);
   const int side = mesh_.CornerOf(id, star_.center());
-  return ((triangle.constrained >> side) & 1) != 0 && IsCrowded(ring[k]) && IsCrowded(ring[k + 1]);
+  return triangle.IsConstrained(side) && IsCrowded(ring[k]) && IsCrowded(ring[k + 1]);
 }
 
 /// All rows with a given edge that is crowded, best first by what a node at once would gain.

@@ -26,17 +26,13 @@ constexpr double kQualityOfDense = 0.82;
 constexpr double kSquaredBeside = 0.85 * 0.85;
 constexpr double kSquaredRoomBeside = 0.25;
 
-double SquaredDistance(const VertexRecord& a, const VertexRecord& b) {
-  return 0.5 * SquaredLength(a.metric + b.metric, b.position - a.position);
-}
-
 double RoomOfGiven(const Mesh& mesh, VertexId vertex) {
   const VertexRecord& record = mesh.vertex(vertex);
   double room = 1;
   ForEachEdgeAt(mesh, vertex, [&](EdgeId id) {
     const EdgeRecord& edge = mesh.edge(id);
     const VertexRecord& far = mesh.vertex(edge.vertices[edge.vertices[0] == vertex ? 1 : 0]);
-    if (far.fixed) room = std::min(room, kRoomOfGiven * SquaredDistance(record, far));
+    if (far.fixed) room = std::min(room, kRoomOfGiven * SquaredEdgeLength(record, far));
   });
   return room;
 }
@@ -45,7 +41,7 @@ bool IsBesideCrowd(const Mesh& mesh, VertexId node) {
   const VertexRecord& record = mesh.vertex(node);
   const auto is_near = [&](VertexId neighbor) {
     const VertexRecord& other = mesh.vertex(neighbor);
-    return other.fixed && SquaredDistance(record, other) < kSquaredBeside &&
+    return other.fixed && SquaredEdgeLength(record, other) < kSquaredBeside &&
            RoomOfGiven(mesh, neighbor) < kRoomOfCrowd;
   };
   // Without a Star: it is asked of many, and would be gathered for one look.

@@ -4,6 +4,7 @@
 #include <array>
 #include <utility>
 
+#include "core/base/sort_unique.h"
 #include "core/mesh/mesh_rings.h"
 
 namespace pliant {
@@ -204,8 +205,7 @@ void MeshLimits::RenewSegments() {
 
 /// These may stand on other segments than before, or be given ones no more, or see another side.
 void MeshLimits::RenewCaps(std::vector<VertexId> vertices) {
-  std::sort(vertices.begin(), vertices.end());
-  vertices.erase(std::unique(vertices.begin(), vertices.end()), vertices.end());
+  SortUnique(vertices);
   for (const VertexId vertex : vertices) RenewCap(vertex);
 }
 

@@ -74,13 +74,13 @@ double EstimateComplexity(const Mesh& mesh, const MetricField& field) {
 }
 
 /// What a coarser mesh cannot do without.
-struct Constraints {
+struct ConstraintSums {
   double given_count = 0;
   double length = 0;  ///< Of the constrained edges, in the metric.
 };
 
-Constraints MeasureConstraints(const Mesh& mesh, const MetricField& field) {
-  Constraints constraints;
+ConstraintSums MeasureConstraints(const Mesh& mesh, const MetricField& field) {
+  ConstraintSums constraints;
   for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
     constraints.given_count += mesh.vertex(VertexId(v)).fixed;
   }
@@ -102,7 +102,7 @@ Constraints MeasureConstraints(const Mesh& mesh, const MetricField& field) {
 }
 
 /// How often the wanted size can be doubled from a mesh of `node_count` nodes.
-int CountLevels(double node_count, const Constraints& constraints) {
+int CountLevels(double node_count, const ConstraintSums& constraints) {
   int levels = 0;
   for (double nodes = node_count / 4; nodes * 4 > kCoarsestNodes && levels < 30; nodes /= 4) {
     const double constrained = constraints.length / std::ldexp(1.0, levels + 1);

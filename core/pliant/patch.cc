@@ -194,7 +194,7 @@ bool Patch::LinkWantsSwap(const Mesh& mesh, const Star& star, std::size_t k) con
   const TriangleRecord& triangle = mesh.triangle(inner);
   const auto side = static_cast<std::size_t>(mesh.CornerOf(inner, star.center()));
   const TriangleId outer = triangle.neighbors[side];
-  if (((triangle.constrained >> side) & 1) != 0) return false;
+  if (triangle.IsConstrained(side)) return false;
   const VertexRecord& far = mesh.vertex(
       mesh.triangle(outer).vertices[static_cast<std::size_t>(mesh.SideTowards(outer, inner))]);
   const Metric mean = 0.25 * (metric_ + RingMetric(k + 1) + RingMetric(k + 2) + far.metric);

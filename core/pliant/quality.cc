@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/sort_unique.h"
 #include "core/metric/edge_length.h"
 #include "core/metric/metric.h"
 
@@ -195,8 +196,7 @@ std::vector<std::pair<std::int32_t, std::int32_t>> DistinctEdges(const MeshData&
       edges.push_back(std::minmax({corners[k], corners[(k + 1) % 3]}));
     }
   }
-  std::sort(edges.begin(), edges.end());
-  edges.erase(std::unique(edges.begin(), edges.end()), edges.end());
+  SortUnique(edges);
   return edges;
 }
 

@@ -4,6 +4,8 @@
 #include <cstddef>
 #include <utility>
 
+#include "core/base/as_index.h"
+
 namespace pliant {
 namespace {
 
@@ -13,8 +15,6 @@ constexpr double kAgrees = 0.5;
 
 /// A triangle knows enough of the metric of a vertex for which its sides are no longer than this.
 constexpr double kSquaredSideMax = 2.25;
-
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 }  // namespace
 

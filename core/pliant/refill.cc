@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 
+#include "core/base/as_index.h"
 #include "core/delaunay/metric_flip.h"
 #include "core/geometry/predicates.h"
 #include "core/mesh/place_map.h"
@@ -25,8 +26,6 @@ constexpr double kRoomAtRim = 0.8;
 
 /// A place is looked for in so many triangles: it is near the one before.
 constexpr int kWalkMax = 32;
-
-std::size_t At(int corner) { return static_cast<std::size_t>(corner); }
 
 class Refiller {
  public:
@@ -72,8 +71,8 @@ class Refiller {
   [[nodiscard]] bool IsTorn(const TriangleRecord& triangle) const {
     const auto& v = triangle.vertices;
     return std::ranges::any_of(std::array{0, 1, 2}, [&](int corner) {
-      const VertexId a = v[At(corner)];
-      const VertexId b = v[At(NextCorner(corner))];
+      const VertexId a = v[AsIndex(corner)];
+      const VertexId b = v[AsIndex(NextCorner(corner))];
       return SquaredLength(0.5 * (mesh_.metric(a) + mesh_.metric(b)),
                            mesh_.position(b) - mesh_.position(a)) > kTorn * kTorn;
     });
@@ -98,13 +97,13 @@ class Refiller {
       const auto& v = triangle.vertices;
       int beyond = -1;
       for (int k = 0; k < 3 && beyond < 0; ++k) {
-        const Vec2 a = mesh_.position(v[At(NextCorner(k))]);
-        const Vec2 b = mesh_.position(v[At(PreviousCorner(k))]);
+        const Vec2 a = mesh_.position(v[AsIndex(NextCorner(k))]);
+        const Vec2 b = mesh_.position(v[AsIndex(PreviousCorner(k))]);
         if (Orient2d(a, b, p) < 0) beyond = k;
       }
       if (beyond < 0) return id;
-      if (((triangle.constrained >> beyond) & 1) != 0) return std::nullopt;
-      id = triangle.neighbors[At(beyond)];
+      if (triangle.IsConstrained(beyond)) return std::nullopt;
+      id = triangle.neighbors[AsIndex(beyond)];
     }
     return std::nullopt;
   }
@@ -150,16 +149,17 @@ class Refiller {
     const TriangleRecord& triangle = mesh_.triangle(id);
     const std::array<Vec2, 3> corners = CornersOf(id);
     for (int k = 0; k < 3; ++k) {
-      if (SquaredLength(metric, corners[At(k)] - p) < kRoom * kRoom) return false;
-      if (const TriangleId beyond = triangle.neighbors[At(k)]; beyond.valid()) {
-        const VertexId far = mesh_.triangle(beyond).vertices[At(mesh_.SideTowards(beyond, id))];
+      if (SquaredLength(metric, corners[AsIndex(k)] - p) < kRoom * kRoom) return false;
+      if (const TriangleId beyond = triangle.neighbors[AsIndex(k)]; beyond.valid()) {
+        const VertexId far =
+            mesh_.triangle(beyond).vertices[AsIndex(mesh_.SideTowards(beyond, id))];
         if (SquaredLength(metric, mesh_.position(far) - p) < kRoom * kRoom) return false;
       }
-      const bool is_rim = ((triangle.constrained >> k) & 1) != 0 ||
-                          (Before(triangle.vertices[At(NextCorner(k))]) &&
-                           Before(triangle.vertices[At(PreviousCorner(k))]));
-      if (is_rim && HeightOver(corners[At(NextCorner(k))], corners[At(PreviousCorner(k))], p,
-                               metric) < kRoomAtRim) {
+      const bool is_rim =
+          triangle.IsConstrained(k) || (Before(triangle.vertices[AsIndex(NextCorner(k))]) &&
+                                        Before(triangle.vertices[AsIndex(PreviousCorner(k))]));
+      if (is_rim && HeightOver(corners[AsIndex(NextCorner(k))], corners[AsIndex(PreviousCorner(k))],
+                               p, metric) < kRoomAtRim) {
         return false;
       }
     }
@@ -177,11 +177,12 @@ class Refiller {
     Side nearest;
     double least = 0;
     for (int k = 0; k < 3; ++k) {
-      if (((triangle.constrained >> k) & 1) != 0) continue;
-      const TriangleId beyond = triangle.neighbors[At(k)];
+      if (triangle.IsConstrained(k)) continue;
+      const TriangleId beyond = triangle.neighbors[AsIndex(k)];
       if (mesh_.triangle(beyond).frozen || !SplitsWell(mesh_, {id, k}, p)) continue;
-      const double height = HeightOver(corners[At(NextCorner(k))], corners[At(PreviousCorner(k))],
-                                       p, mesh_.metric(triangle.vertices[0]));
+      const double height =
+          HeightOver(corners[AsIndex(NextCorner(k))], corners[AsIndex(PreviousCorner(k))], p,
+                     mesh_.metric(triangle.vertices[0]));
       if (nearest.triangle.valid() && !(height < least)) continue;
       least = height;
       nearest = id < beyond ? Side{id, k} : Side{beyond, mesh_.SideTowards(beyond, id)};

@@ -95,7 +95,7 @@ class RefinementPlan {
       if (beyond.valid() && beyond < t) continue;
       const VertexRecord& a = mesh_.vertex(Corner(t, NextCorner(side)));
       const VertexRecord& b = mesh_.vertex(Corner(t, PreviousCorner(side)));
-      const double squared = SquaredLength(0.5 * (a.metric + b.metric), b.position - a.position);
+      const double squared = SquaredEdgeLength(a, b);
       if (squared > squared_split_length_) bits |= 1U << side;
     }
     return static_cast<std::uint8_t>(bits);
@@ -120,7 +120,7 @@ class RefinementPlan {
     const VertexId b = Corner(side.triangle, PreviousCorner(side.corner));
     const Vec2 e = mesh_.position(b) - mesh_.position(a);
     const Vec2 shift = boldness == Boldness::kGeodesic ? GeodesicShift(side, a, b) : Vec2{};
-    if (((mesh_.triangle(side.triangle).constrained >> side.corner) & 1) == 0) {
+    if (!mesh_.triangle(side.triangle).IsConstrained(side.corner)) {
       split.position = 0.5 * (mesh_.position(a) + mesh_.position(b)) + shift;
       return;
     }

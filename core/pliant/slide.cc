@@ -15,7 +15,7 @@ namespace {
 constexpr double kAside = 0.25;
 
 /// Who stands still is overtaken by a vertex that comes nearer than this, in metric length.
-constexpr double kRoom = 0.6;
+constexpr double kRoomAhead = 0.6;
 
 Vec2 DirectionOf(const Mesh& mesh, std::int32_t segment) {
   const SegmentRecord& line = mesh.segments()[static_cast<std::size_t>(segment)];
@@ -76,7 +76,8 @@ class OneSegment {
         continue;
       }
       const double room = (edge.parameters[end] - slide.to) * (end == 1 ? 1 : -1);
-      const double wanted = kRoom * kRoom / SquaredLength(mesh_.metric(slide.vertex), direction_);
+      const double wanted =
+          kRoomAhead * kRoomAhead / SquaredLength(mesh_.metric(slide.vertex), direction_);
       if (room > 0 && room * room >= wanted) return;
       if (!IsSlidable(mesh_, vertex)) {
         fates_[i] = Fate::kGoes;

@@ -9,7 +9,9 @@
 #include <optional>
 #include <utility>
 
+#include "core/base/sort_unique.h"
 #include "core/mesh/id_bits.h"
+#include "core/mesh/scan_pays.h"
 #include "core/mesh/star.h"
 #include "core/metric/metric.h"
 
@@ -20,8 +22,6 @@ constexpr double kAspectOfDirection = 2;  // Below this a metric has no directio
 constexpr double kSineCrossed = 0.5;      // Of 30 degrees.
 constexpr double kTurnMax = 1;
 constexpr double kSizeRatioMax = 2;
-/// From one vertex for so many triangles on, all triangles are read instead of the stars.
-constexpr std::ptrdiff_t kScanShare = 12;
 constexpr std::size_t kKindCount = static_cast<std::size_t>(TroubleKind::kUnsettled) + 1;
 
 /// What is measured of a triangle; Q and lengths as TroubleKind and Trouble say.
@@ -206,21 +206,10 @@ class Places {
     return i;
   }
 
-  template <class Value>
-  static void SortUnique(std::vector<Value>& values) {
-    std::sort(values.begin(), values.end());
-    values.erase(std::unique(values.begin(), values.end()), values.end());
-  }
-
  private:
   std::vector<VertexId> vertices_;
   std::vector<std::size_t> parents_;
 };
-
-void Grow(BoundingBox& box, const BoundingBox& other) {
-  box.low = {std::min(box.low.x, other.low.x), std::min(box.low.y, other.low.y)};
-  box.high = {std::max(box.high.x, other.high.x), std::max(box.high.y, other.high.y)};
-}
 
 /// The trouble that the bad triangles of one place make.
 Trouble TroubleOf(const Mesh& mesh, std::span<const BadTriangle> place) {
@@ -241,7 +230,7 @@ Trouble TroubleOf(const Mesh& mesh, std::span<const BadTriangle> place) {
       trouble.q_min = triangle.shape.quality;
       trouble.center = (1.0 / 3) * (a + b + c);
     }
-    for (const Vec2 p : {a, b, c}) Grow(trouble.box, {p, p});
+    for (const Vec2 p : {a, b, c}) Extend(trouble.box, {p, p});
     trouble.length_min = std::min(trouble.length_min, triangle.shape.squared_min);
     trouble.length_max = std::max(trouble.length_max, triangle.shape.squared_max);
     corners.insert(corners.end(), v.begin(), v.end());
@@ -249,7 +238,7 @@ Trouble TroubleOf(const Mesh& mesh, std::span<const BadTriangle> place) {
   }
   trouble.length_min = std::sqrt(trouble.length_min);
   trouble.length_max = std::sqrt(trouble.length_max);
-  Places::SortUnique(corners);
+  SortUnique(corners);
   trouble.vertex_count = std::ssize(corners);
   const auto most = std::max_element(votes.begin(), votes.end());
   if (*most > 0) trouble.kind = static_cast<TroubleKind>(most - votes.begin());
@@ -263,7 +252,7 @@ void Absorb(Trouble& into, const Trouble& other) {
   into.q_min = std::min(into.q_min, other.q_min);
   into.length_min = std::min(into.length_min, other.length_min);
   into.length_max = std::max(into.length_max, other.length_max);
-  Grow(into.box, other.box);
+  Extend(into.box, other.box);
 }
 
 /// Puts the smallest together, by kind, so that at most kTroublesMax are left.
@@ -294,8 +283,7 @@ void SortTriangles(std::vector<TriangleId>& triangles) {
   const std::size_t first = low->index();
   const std::size_t range = high->index() - first + 1;
   if (range > kBits * triangles.size()) {
-    std::sort(triangles.begin(), triangles.end());
-    triangles.erase(std::unique(triangles.begin(), triangles.end()), triangles.end());
+    SortUnique(triangles);
     return;
   }
   std::vector<std::uint64_t> words((range + kBits - 1) / kBits);
@@ -358,7 +346,7 @@ std::vector<TriangleId> LiveTrianglesOf(const Mesh& mesh) {
 
 std::vector<TriangleId> TrianglesAt(const Mesh& mesh, std::span<const VertexId> vertices) {
   std::vector<TriangleId> triangles;
-  if (kScanShare * std::ssize(vertices) > mesh.triangle_slots()) {
+  if (ScanPays(mesh, std::ssize(vertices))) {
     IdBits<VertexId> named(mesh.vertex_slots());
     for (const VertexId vertex : vertices) {
       if (mesh.IsLive(vertex)) named.Add(vertex);

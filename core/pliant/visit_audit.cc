@@ -2,19 +2,13 @@
 
 #include <algorithm>
 #include <cstddef>
-#include <sstream>
 
+#include "core/base/sentence.h"
+#include "core/base/sort_unique.h"
 #include "core/mesh/star.h"
 
 namespace pliant {
 namespace {
-
-template <class... Parts>
-std::string Sentence(const Parts&... parts) {
-  std::ostringstream text;
-  (text << ... << parts);
-  return text.str();
-}
 
 constexpr std::size_t kAgeCount = 256;
 
@@ -76,8 +70,7 @@ std::string VisitAudit::End(const Mesh& mesh) {
   ++visit_count_;
   known_.resize(static_cast<std::size_t>(mesh.vertex_slots()));
   if (mesh.IsLive(node_)) AddSurroundings(mesh, node_);
-  std::sort(surroundings_.begin(), surroundings_.end());
-  surroundings_.erase(std::unique(surroundings_.begin(), surroundings_.end()), surroundings_.end());
+  SortUnique(surroundings_);
 
   std::vector<std::int64_t> changes(kAgeCount, 0);
   int born_count = 0;

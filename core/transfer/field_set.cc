@@ -1,9 +1,9 @@
 #include "core/transfer/field_set.h"
 
 #include <algorithm>
-#include <bit>
 #include <utility>
 
+#include "core/base/same_bits.h"
 #include "core/transfer/cell_linear.h"
 #include "core/transfer/cell_mass.h"
 #include "core/transfer/check_fields.h"
@@ -12,10 +12,8 @@
 namespace pliant {
 namespace {
 
-bool SameBits(std::span<const double> a, std::span<const double> b) {
-  return std::ranges::equal(a, b, [](double x, double y) {
-    return std::bit_cast<std::uint64_t>(x) == std::bit_cast<std::uint64_t>(y);
-  });
+bool SameRowBits(std::span<const double> a, std::span<const double> b) {
+  return std::ranges::equal(a, b, [](double x, double y) { return SameBits(x, y); });
 }
 
 /// New values at new and moved vertices, kLinear or kBounded.
@@ -90,7 +88,7 @@ bool WasLive(const OldMesh& old, FieldLocation location, std::int32_t slot) {
                                             : old.triangle(TriangleId(slot)).live;
 }
 
-bool IsLive(const Mesh& mesh, FieldLocation location, std::int32_t slot) {
+bool HasElement(const Mesh& mesh, FieldLocation location, std::int32_t slot) {
   return location == FieldLocation::kVertex ? mesh.vertex(VertexId(slot)).live
                                             : mesh.triangle(TriangleId(slot)).live;
 }
@@ -167,7 +165,7 @@ FieldChanges FieldSet::Commit(const MeshTransfer& transfer) {
     slots.erase(std::unique(slots.begin(), slots.end()), slots.end());
     FieldChange change{field.name, field.location, field.column_count, {}};
     for (const std::int32_t slot : slots) {
-      if (!IsLive(mesh, field.location, slot)) continue;
+      if (!HasElement(mesh, field.location, slot)) continue;
       const auto row = field.row(static_cast<std::size_t>(slot));
       change.rows.slots.push_back(slot);
       change.rows.values.insert(change.rows.values.end(), row.begin(), row.end());
@@ -238,7 +236,8 @@ void FieldSet::Carry(const MeshTransfer& transfer, std::vector<Written>& written
       const std::span<const double> now(rows.values.data() + i * field.column_count,
                                         field.column_count);
       const auto slot = static_cast<std::size_t>(rows.slots[i]);
-      if (WasLive(old, field.location, rows.slots[i]) && SameBits(now, field.row(slot))) continue;
+      if (WasLive(old, field.location, rows.slots[i]) && SameRowBits(now, field.row(slot)))
+        continue;
       std::ranges::copy(
           now, field.values.begin() + static_cast<std::ptrdiff_t>(slot * field.column_count));
       slots.push_back(rows.slots[i]);

@@ -4,7 +4,7 @@ namespace pliant {
 namespace {
 
 /// 3^-36 is below 2^-53.
-constexpr int kSteps = 36;
+constexpr int kIterations = 36;
 
 }  // namespace
 
@@ -31,7 +31,7 @@ std::vector<double> MassMatrix::Solve(std::span<const double> b) const {
   for (std::size_t i = 0; i < count; ++i) scale[i] = diagonal_[i] > 0 ? 1 / diagonal_[i] : 0;
   for (std::size_t i = 0; i < count; ++i) step[i] = residual[i] * scale[i] / kCenter;
   double rho = 1 / kSigma;
-  for (int k = 0; k < kSteps; ++k) {
+  for (int k = 0; k < kIterations; ++k) {
     for (std::size_t i = 0; i < count; ++i) x[i] += step[i];
     SubtractProduct(step, residual);
     const double next = 1 / (2 * kSigma - rho);

@@ -3,13 +3,12 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/base/as_index.h"
 #include "core/mesh/star.h"
 #include "core/transfer/exact_sum.h"
 
 namespace pliant {
 namespace {
-
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// A linear function on a triangle whose first corner is at `origin`.
 class LinearFunction {

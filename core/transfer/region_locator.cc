@@ -1,9 +1,9 @@
 #include "core/transfer/region_locator.h"
 
+#include "core/base/as_index.h"
+
 namespace pliant {
 namespace {
-
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// Passes in which knowledge spreads from old vertices to new ones. Triangles come in ascending
 /// order, in which new ones follow what they were cut from, so that one pass reaches far; whatever

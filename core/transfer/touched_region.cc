@@ -3,17 +3,12 @@
 #include <algorithm>
 #include <bit>
 
+#include "core/base/sort_unique.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/mesh/star.h"
 
 namespace pliant {
 namespace {
-
-template <class Id>
-void SortUnique(std::vector<Id>& ids) {
-  std::sort(ids.begin(), ids.end());
-  ids.erase(std::unique(ids.begin(), ids.end()), ids.end());
-}
 
 /// Numbers the corners of `triangle_ids`; `corners_of` and `position_of` say which mesh is meant.
 template <class CornersOf, class PositionOf>

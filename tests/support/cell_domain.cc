@@ -4,15 +4,10 @@
 #include <cstddef>
 #include <utility>
 
+#include "core/base/as_index.h"
 #include "core/geometry/predicates.h"
 
 namespace pliant::testing {
-namespace {
-
-std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
-
-}  // namespace
-
 CellDomain::CellDomain(std::int32_t n, Rng& rng)
     : n_(n), shaken_(rng.Below(3) == 0), joins_(!shaken_ && rng.Below(2) == 0) {
   const double shake = shaken_ ? 0.3 / n : 0;

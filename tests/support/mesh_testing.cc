@@ -1,7 +1,6 @@
 #include "tests/support/mesh_testing.h"
 
 #include <algorithm>
-#include <bit>
 #include <sstream>
 
 #include "core/base/check.h"
@@ -18,16 +17,6 @@ std::unique_ptr<EditedMesh> Built(const Result<MeshPlan>& plan) {
   auto made = std::make_unique<EditedMesh>();
   BuildFromPlan(*plan, made->edit);
   return made;
-}
-
-bool SameBits(double a, double b) {
-  return std::bit_cast<std::uint64_t>(a) == std::bit_cast<std::uint64_t>(b);
-}
-
-bool SameBits(Vec2 a, Vec2 b) { return SameBits(a.x, b.x) && SameBits(a.y, b.y); }
-
-bool SameBits(const Metric& a, const Metric& b) {
-  return SameBits(a.m11, b.m11) && SameBits(a.m12, b.m12) && SameBits(a.m22, b.m22);
 }
 
 bool Same(const VertexRecord& a, const VertexRecord& b) {

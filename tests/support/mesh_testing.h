@@ -17,6 +17,9 @@
 
 namespace pliant::testing {
 
+/// Of a triangle with three sides of length 1.
+inline constexpr double kEquilateralHeight = 0.8660254037844386;
+
 /// A mesh with its editor, which holds on to its address.
 struct EditedMesh {
   EditedMesh() = default;

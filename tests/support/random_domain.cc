@@ -8,6 +8,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/as_index.h"
 #include "core/base/check.h"
 #include "core/base/rng.h"
 #include "core/delaunay/triangulate.h"
@@ -61,9 +62,7 @@ class DomainMaker {
   }
 
  private:
-  [[nodiscard]] Vec2 PointAt(std::int32_t i) const { return base_.points[Index(i)]; }
-  [[nodiscard]] static std::size_t Index(std::int32_t i) { return static_cast<std::size_t>(i); }
-
+  [[nodiscard]] Vec2 PointAt(std::int32_t i) const { return base_.points[AsIndex(i)]; }
   void MakePoints() {
     base_.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     base_.segments = {{0, 1, 0}, {1, 2, 0}, {2, 3, 0}, {3, 0, 0}};
@@ -103,7 +102,7 @@ class DomainMaker {
     }
     for (const Triangle& t : triangles_) {
       const auto& [a, b, c] = t.points;
-      if (Orient2d(mapped[Index(a)], mapped[Index(b)], mapped[Index(c)]) <= 0) return;
+      if (Orient2d(mapped[AsIndex(a)], mapped[AsIndex(b)], mapped[AsIndex(c)]) <= 0) return;
     }
     base_.points = std::move(mapped);
   }
@@ -129,7 +128,7 @@ class DomainMaker {
     if (std::find(outside_.begin(), outside_.end(), false) == outside_.end()) outside_[0] = false;
   }
 
-  [[nodiscard]] bool Outside(std::int32_t t) const { return t < 0 || outside_[Index(t)]; }
+  [[nodiscard]] bool Outside(std::int32_t t) const { return t < 0 || outside_[AsIndex(t)]; }
 
   /// Bit 0 of each triangle side: it is a segment.
   void ChooseSegments() {
@@ -138,15 +137,15 @@ class DomainMaker {
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::int32_t n = triangles_[t].neighbors[k];
-        if (n >= 0 && Index(n) < t) continue;  // Decided from the other side.
+        if (n >= 0 && AsIndex(n) < t) continue;  // Decided from the other side.
         const bool border = outside_[t] != Outside(n);
         const bool inner = !outside_[t] && !Outside(n) && rng_.Unit() < share;
         if (!border && !inner) continue;
         is_segment_[t][k] = true;
         if (n < 0) continue;
-        const auto& back = triangles_[Index(n)].neighbors;
+        const auto& back = triangles_[AsIndex(n)].neighbors;
         const auto at = std::find(back.begin(), back.end(), static_cast<std::int32_t>(t));
-        is_segment_[Index(n)][static_cast<std::size_t>(at - back.begin())] = true;
+        is_segment_[AsIndex(n)][static_cast<std::size_t>(at - back.begin())] = true;
       }
     }
   }
@@ -158,9 +157,9 @@ class DomainMaker {
     for (std::size_t i = 0; i < found.size(); ++i) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::int32_t n = triangles_[found[i]].neighbors[k];
-        if (n < 0 || is_segment_[found[i]][k] || seen[Index(n)]) continue;
-        seen[Index(n)] = true;
-        found.push_back(Index(n));
+        if (n < 0 || is_segment_[found[i]][k] || seen[AsIndex(n)]) continue;
+        seen[AsIndex(n)] = true;
+        found.push_back(AsIndex(n));
       }
     }
     return found;
@@ -202,10 +201,10 @@ class DomainMaker {
     std::vector<bool> inside(base_.points.size(), true);
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
-        if (outside_[t]) inside[Index(triangles_[t].points[k])] = false;
+        if (outside_[t]) inside[AsIndex(triangles_[t].points[k])] = false;
         if (!is_segment_[t][k]) continue;
-        on_segment[Index(triangles_[t].points[(k + 1) % 3])] = true;
-        on_segment[Index(triangles_[t].points[(k + 2) % 3])] = true;
+        on_segment[AsIndex(triangles_[t].points[(k + 1) % 3])] = true;
+        on_segment[AsIndex(triangles_[t].points[(k + 2) % 3])] = true;
       }
     }
     std::vector<std::int32_t> number(base_.points.size(), -1);
@@ -217,12 +216,12 @@ class DomainMaker {
     for (std::size_t t = 0; t < triangles_.size(); ++t) {
       for (std::size_t k = 0; k < 3; ++k) {
         const std::int32_t n = triangles_[t].neighbors[k];
-        if (!is_segment_[t][k] || (n >= 0 && Index(n) < t)) continue;
+        if (!is_segment_[t][k] || (n >= 0 && AsIndex(n) < t)) continue;
         std::int32_t a = triangles_[t].points[(k + 1) % 3];
         std::int32_t b = triangles_[t].points[(k + 2) % 3];
         if (rng_.Below(2) == 0) std::swap(a, b);
         const auto tag = static_cast<std::int32_t>(made_.domain.segments.size());
-        made_.domain.segments.push_back({number[Index(a)], number[Index(b)], tag});
+        made_.domain.segments.push_back({number[AsIndex(a)], number[AsIndex(b)], tag});
         made_.tag_lengths[tag] = Length(PointAt(b) - PointAt(a));
       }
     }

@@ -68,7 +68,7 @@ bool RandomEditor::Swap() {
   const Side side = RandomSide();
   const TriangleRecord& t = mesh.triangle(side.triangle);
   const TriangleId other = Beyond(mesh, side);
-  if (((t.constrained >> side.corner) & 1) != 0 || !other.valid()) return false;
+  if (t.IsConstrained(side.corner) || !other.valid()) return false;
   const Vec2 p = mesh.position(CornerAt(t, side.corner));
   const Vec2 a = mesh.position(CornerAt(t, NextCorner(side.corner)));
   const Vec2 b = mesh.position(CornerAt(t, PreviousCorner(side.corner)));

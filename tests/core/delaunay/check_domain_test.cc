@@ -110,7 +110,7 @@ TEST(CheckSegments, FindsTheLowestClash) {
   int point_count = 0;
   int fine_count = 0;
   for (int trial = 0; trial < 500; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 17, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 17, trial " << trial);
     Domain domain;
     domain.points = delaunay_test::Lattice(6).points;
     const auto count = static_cast<int>(1 + rng.Below(6));
@@ -121,12 +121,8 @@ TEST(CheckSegments, FindsTheLowestClash) {
     }
     if (!CheckArrays(domain).ok()) continue;
     Error want;
-    const auto start = [&](std::size_t s) {
-      return domain.points[delaunay_test::AsIndex(domain.segments[s].a)];
-    };
-    const auto end = [&](std::size_t s) {
-      return domain.points[delaunay_test::AsIndex(domain.segments[s].b)];
-    };
+    const auto start = [&](std::size_t s) { return domain.points[AsIndex(domain.segments[s].a)]; };
+    const auto end = [&](std::size_t s) { return domain.points[AsIndex(domain.segments[s].b)]; };
     for (std::size_t p = domain.points.size(); p-- > 0;) {
       for (std::size_t s = domain.segments.size(); s-- > 0;) {
         if (!IsInsideSegment(start(s), end(s), domain.points[p])) continue;

@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/base/as_index.h"
 #include "core/base/rng.h"
 #include "core/delaunay/triangulate.h"
 #include "core/geometry/domain.h"
@@ -20,8 +21,6 @@
 namespace pliant::delaunay_test {
 
 using Triangle = DomainTriangulation::Triangle;
-
-inline std::size_t AsIndex(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 inline Vec2 CornerPoint(const Triangle& t, std::size_t i, std::span<const Vec2> points) {
   return points[AsIndex(t.points[i % 3])];

@@ -32,7 +32,7 @@ int CountSides(const HullTriangulation& hull, std::int32_t segment) {
 TEST(Constrainer, KeepsTheTriangulationConstrainedDelaunay) {
   Rng rng(31);
   for (int trial = 0; trial < 60; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 31, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 31, trial " << trial);
     Domain domain;
     if (trial % 2 == 0) {
       domain.points = delaunay_test::Lattice(4 + trial / 6).points;
@@ -57,7 +57,7 @@ TEST(Constrainer, KeepsTheTriangulationConstrainedDelaunay) {
       ASSERT_EQ(CountSides(hull, static_cast<std::int32_t>(i)), 2) << "segment " << i;
     }
     for (std::size_t i = 0; i < domain.points.size(); ++i) {
-      const auto& at = hull.triangles[delaunay_test::AsIndex(hull.triangle_of_point[i])];
+      const auto& at = hull.triangles[AsIndex(hull.triangle_of_point[i])];
       ASSERT_LT(HullTriangulation::CornerAt(at, static_cast<std::int32_t>(i)), 3U);
     }
   }

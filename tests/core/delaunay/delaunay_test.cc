@@ -12,7 +12,6 @@
 namespace pliant {
 namespace {
 
-using delaunay_test::AsIndex;
 using delaunay_test::CornerPoint;
 
 // Checks against the definition: no point strictly inside any circle, no point strictly outside the
@@ -49,7 +48,7 @@ void CheckDelaunay(const std::vector<Vec2>& points) {
 TEST(DelaunayTriangulation, HasEmptyCirclesForRandomPoints) {
   Rng rng(11);
   for (int trial = 0; trial < 40; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 11, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 11, trial " << trial);
     std::vector<Vec2> points;
     const double flatness = std::ldexp(1, -(trial % 20));
     for (int i = 0; i < 3 + 5 * trial; ++i) points.push_back({rng.Unit(), flatness * rng.Unit()});

@@ -104,7 +104,7 @@ TEST(Flood, FillsAHoleFromSeveralSeeds) {
 
 TEST(Flood, RefusesSeedsOnSegmentsAndOutside) {
   for (Vec2 bad : {Vec2{9, 1}, Vec2{4, 2}, Vec2{4, 4}, Vec2{2, 0}, Vec2{7, 1}}) {
-    SCOPED_TRACE(testing::Message() << bad.x << ", " << bad.y);
+    SCOPED_TRACE(::testing::Message() << bad.x << ", " << bad.y);
     Domain domain = TwoRooms();
     domain.holes.push_back(bad);
     ExpectRefusal(domain,

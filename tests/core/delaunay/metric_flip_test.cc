@@ -143,7 +143,7 @@ TEST(MetricFlipper, EndsDelaunayInTheTransformedSpace) {
       const TriangleRecord& triangle = made->mesh.triangle(id);
       for (int side = 0; side < 3; ++side) {
         const TriangleId other = triangle.neighbors[static_cast<std::size_t>(side)];
-        if (((triangle.constrained >> side) & 1) != 0 || !other.valid()) continue;
+        if (triangle.IsConstrained(side) || !other.valid()) continue;
         const auto far = made->mesh.triangle(other)
                              .vertices[static_cast<std::size_t>(made->mesh.SideTowards(other, id))];
         const auto at = [&](std::size_t k) {

@@ -19,7 +19,6 @@ namespace pliant {
 namespace {
 
 using delaunay_test::AddLoop;
-using delaunay_test::AsIndex;
 using delaunay_test::CheckTriangulation;
 using delaunay_test::TwiceArea;
 
@@ -59,7 +58,7 @@ TEST(TriangulateDomain, SplitsASquareInTwo) {
 TEST(TriangulateDomain, MeshesRandomStarsWithAHole) {
   Rng rng(51);
   for (int trial = 0; trial < 60; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 51, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 51, trial " << trial);
     Domain domain;
     std::vector<double> radii;
     for (int i = 0; i < 5 + trial; ++i) radii.push_back(rng.Uniform(0.2, 1));
@@ -101,7 +100,7 @@ TEST(TriangulateDomain, MeshesRandomStarsWithAHole) {
 TEST(TriangulateDomain, MeshesLatticesWithRandomConstraints) {
   Rng rng(52);
   for (int trial = 0; trial < 60; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 52, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 52, trial " << trial);
     const std::int32_t n = 3 + trial / 4;
     Domain domain = delaunay_test::Lattice(n);
     ASSERT_GT(delaunay_test::AddRandomConstraints(domain, 20 * trial + 20, rng), 0);

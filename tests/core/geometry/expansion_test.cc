@@ -47,7 +47,7 @@ double Component(Rng& rng) {
 TEST(Expansion, IsExactAndWellFormed) {
   Rng rng(61);
   for (int trial = 0; trial < 3000; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 61, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 61, trial " << trial);
     double x[8];
     for (double& component : x) component = Component(rng);
     if (trial % 3 == 0) x[1] = x[0] + std::ldexp(x[0], -50);  // Cancels to almost nothing.

@@ -134,7 +134,7 @@ void CheckAgainstBruteForce(const Mesh& mesh, Rng& rng) {
   int inside_count = 0;
   int outside_count = 0;
   for (Vec2 p : Questions(mesh, rng)) {
-    SCOPED_TRACE(testing::Message() << std::hexfloat << "p = " << p.x << ", " << p.y);
+    SCOPED_TRACE(::testing::Message() << std::hexfloat << "p = " << p.x << ", " << p.y);
     const Location at = locator.Locate(p, -1);
     ASSERT_GE(at.triangle, 0);
     const std::int32_t want = LowestAround(mesh, p);

@@ -122,7 +122,7 @@ TEST(Orient2d, IsExactNearRandomLines) {
   Rng rng(1997);
   Tally tally;
   for (int trial = 0; trial < 20000; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 1997, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 1997, trial " << trial);
     const double scale = std::ldexp(1.0, static_cast<int>(rng.Below(200)) - 100);
     const Vec2 a = scale * Vec2{rng.Uniform(-1, 1), rng.Uniform(-1, 1)};
     const Vec2 b = scale * Vec2{rng.Uniform(-1, 1), rng.Below(4) == 0 ? 0 : rng.Uniform(-1, 1)};
@@ -143,7 +143,7 @@ TEST(Orient2d, IsExactForMixedMagnitudes) {
     return rng.Below(8) == 0 ? 0 : std::ldexp(rng.Uniform(-1, 1), exponent);
   };
   for (int trial = 0; trial < 20000; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 7, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 7, trial " << trial);
     const Vec2 a = {coordinate(), coordinate()};
     const Vec2 b = {coordinate(), coordinate()};
     const Vec2 c = rng.Below(2) == 0 ? RandomNudge(2 * a, rng) : Vec2{coordinate(), coordinate()};
@@ -166,7 +166,7 @@ TEST(InCircle, IsExactNearCommonCircles) {
   Rng rng(1105);
   Tally tally;
   for (int trial = 0; trial < 8000; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 1105, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 1105, trial " << trial);
     const Vec2 offset = trial % 3 == 0 ? Vec2{0, 0} : Vec2{rng.Uniform(-1e4, 1e4), 12345.75};
     const double scale = trial % 2 == 0 ? 1 : 0.1;
     std::array<Vec2, 4> p;
@@ -187,7 +187,7 @@ TEST(InCircle, IsExactForMixedMagnitudes) {
   Rng rng(4);
   Tally tally;
   for (int trial = 0; trial < 4000; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 4, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 4, trial " << trial);
     const double radius = std::ldexp(1.0, static_cast<int>(rng.Below(40)) - 20);
     const Vec2 center = {rng.Uniform(-1, 1), rng.Uniform(-1e-9, 1e-9)};
     std::array<Vec2, 4> p;
@@ -227,7 +227,7 @@ TEST(Predicates, AreExactFromSubnormalToHuge) {
     }
   };
   for (int trial = 0; trial < 1000; ++trial) {
-    SCOPED_TRACE(testing::Message() << "seed 1074, trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "seed 1074, trial " << trial);
     std::array<Vec2, 4> p;
     for (Vec2& q : p) q = {coordinate(), coordinate()};
     if (trial % 3 == 0) {  // All subnormal: the products vanish in floating point.

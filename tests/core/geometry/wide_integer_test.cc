@@ -26,7 +26,7 @@ TEST(WideInteger, AddsAndMultipliesAsSmallWholeNumbersDo) {
   for (int trial = 0; trial < 10000; ++trial) {
     const double a = static_cast<double>(rng.Below(1 << 26)) - (1 << 25);
     const double b = static_cast<double>(rng.Below(1 << 26)) - (1 << 25);
-    SCOPED_TRACE(testing::Message() << "seed 26, a=" << a << " b=" << b);
+    SCOPED_TRACE(::testing::Message() << "seed 26, a=" << a << " b=" << b);
     ASSERT_EQ((Of(a) + Of(b) - Of(a + b)).Sign(), 0);
     ASSERT_EQ((Of(a) * Of(b) - Of(a * b) * Of(1)).Sign(), 0);
     ASSERT_EQ((Of(a) - Of(b)).Sign(), a < b ? -1 : a > b ? 1 : 0);

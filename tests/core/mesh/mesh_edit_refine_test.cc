@@ -56,7 +56,7 @@ std::vector<EdgeSplit> MiddleSplits(const Mesh& mesh, Wanted wanted) {
       const VertexId a = triangle.vertices[static_cast<std::size_t>(NextCorner(side))];
       const VertexId b = triangle.vertices[static_cast<std::size_t>(PreviousCorner(side))];
       EdgeSplit split{{TriangleId(t), side}, 0.5 * (mesh.position(a) + mesh.position(b)), 0};
-      if (((triangle.constrained >> side) & 1) != 0) {
+      if (triangle.IsConstrained(side)) {
         const EdgeRecord& edge = mesh.edge(mesh.FindEdge(a, b));
         split.t = 0.5 * (edge.parameters[0] + edge.parameters[1]);
         split.position = mesh.PointOnSegment(edge.segment, split.t);

@@ -21,7 +21,7 @@ using testing::ImportedMesh;
 using testing::RandomEditor;
 using testing::Replica;
 
-Bytes Written(const Mesh& mesh) {
+Bytes StateBytes(const Mesh& mesh) {
   ByteWriter writer;
   WriteMesh(mesh, writer);
   return std::move(writer).Take();
@@ -49,7 +49,7 @@ TEST(MeshEditState, GoesBackAndForthBitForBit) {
     Replica replica;
     EXPECT_EQ(replica.Apply(edited->edit.Commit(Revision(1))), "");
     RandomEditor editor(*edited, seed);
-    std::vector<Bytes> states{Written(edited->mesh)};
+    std::vector<Bytes> states{StateBytes(edited->mesh)};
     std::vector<MeshSummary> summaries{edited->edit.summary()};
     std::vector<MeshDelta> undo;
     std::vector<MeshDelta> redo;
@@ -61,7 +61,7 @@ TEST(MeshEditState, GoesBackAndForthBitForBit) {
       undo.push_back(*edited->edit.TakeUndo());
       EXPECT_FALSE(edited->edit.TakeUndo().has_value()) << "it can be taken once";
       redo.push_back(edited->edit.InverseOf(undo.back()));
-      states.push_back(Written(edited->mesh));
+      states.push_back(StateBytes(edited->mesh));
       summaries.push_back(edited->edit.summary());
     }
     std::size_t at = states.size() - 1;
@@ -71,7 +71,7 @@ TEST(MeshEditState, GoesBackAndForthBitForBit) {
       ASSERT_TRUE(edited->edit.Fits(delta));
       const MeshDiff diff = edited->edit.Apply(delta, Revision(++number));
       at = back ? at - 1 : at + 1;
-      ASSERT_EQ(Written(edited->mesh), states[at]);
+      ASSERT_EQ(StateBytes(edited->mesh), states[at]);
       ASSERT_EQ(Faults(edited->mesh), "");
       ASSERT_EQ(edited->edit.summary(), summaries[at]);
       ASSERT_EQ(replica.Apply(diff), "");

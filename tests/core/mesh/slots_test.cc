@@ -49,7 +49,7 @@ TEST(SlotAllocator, BehavesLikeASetOfFreeSlots) {
   std::int32_t size = 5;
   std::int32_t committed_size = 5;
   for (int step = 0; step < 20'000; ++step) {
-    SCOPED_TRACE(testing::Message() << "seed " << kSeed << " step " << step);
+    SCOPED_TRACE(::testing::Message() << "seed " << kSeed << " step " << step);
     const std::uint64_t dice = rng.Below(100);
     if (dice < 50 || live.empty()) {
       const std::int32_t expected = free.empty() ? size++ : *free.begin();

@@ -21,13 +21,13 @@ using testing::GridData;
 using ::testing::HasSubstr;
 using testing::ImportedMesh;
 
-struct Break {
+struct LocalBreak {
   const char* name;
   std::function<void(MeshBreaker&)> apply;
   const char* message;
 };
 
-class FaultAroundFinds : public ::testing::TestWithParam<Break> {};
+class FaultAroundFinds : public ::testing::TestWithParam<LocalBreak> {};
 
 // A 4 x 4 grid: vertex 6 lies inside, vertex 1 inside the bottom segment; the last triangle, 31, is
 // far from both.
@@ -44,38 +44,41 @@ TEST_P(FaultAroundFinds, TheFaultWhereItIs) {
 INSTANTIATE_TEST_SUITE_P(
     All, FaultAroundFinds,
     ::testing::Values(
-        Break{"Inverted",
-              [](MeshBreaker& b) {
-                b.vertex(6).position = {-1, -1};
-              },
-              "is not counter-clockwise"},
-        Break{"Flat",
-              [](MeshBreaker& b) {
-                b.vertex(6).position = {0, 0};
-              },
-              "is not counter-clockwise"},
-        Break{"DeadCorner", [](MeshBreaker& b) { b.vertex(6).live = false; }, "has dead vertex 6"},
-        Break{"DeadTriangle", [](MeshBreaker& b) { b.triangle(0).live = false; }, "is dead"},
-        Break{"LostNeighbor", [](MeshBreaker& b) { b.triangle(0).neighbors = {}; }, "lies open"},
-        Break{"OneSidedNeighbor",
-              [](MeshBreaker& b) {
-                for (TriangleId& n : b.triangle(0).neighbors) {
-                  if (n.valid()) n = TriangleId(20);
-                }
-              },
-              "are not neighbours both ways"},
-        Break{"HiddenEdge", [](MeshBreaker& b) { b.triangle(0).constrained = 0; }, "hides an edge"},
-        Break{"NoEdge", [](MeshBreaker& b) { b.triangle(0).constrained = 7; }, "has no edge"},
-        Break{"DeadEdge", [](MeshBreaker& b) { b.edge(0).live = false; }, "edge 0 is dead"},
-        Break{"BackwardEdge",
-              [](MeshBreaker& b) {
-                b.edge(0).parameters = {1, 0};
-              },
-              "runs backwards"},
-        Break{"EdgeElsewhere", [](MeshBreaker& b) { b.edge(0).triangle = TriangleId(31); },
-              "names triangle 31"},
-        Break{"VertexElsewhere", [](MeshBreaker& b) { b.vertex(6).triangle = TriangleId(31); },
-              "names triangle 31"}),
+        LocalBreak{"Inverted",
+                   [](MeshBreaker& b) {
+                     b.vertex(6).position = {-1, -1};
+                   },
+                   "is not counter-clockwise"},
+        LocalBreak{"Flat",
+                   [](MeshBreaker& b) {
+                     b.vertex(6).position = {0, 0};
+                   },
+                   "is not counter-clockwise"},
+        LocalBreak{"DeadCorner", [](MeshBreaker& b) { b.vertex(6).live = false; },
+                   "has dead vertex 6"},
+        LocalBreak{"DeadTriangle", [](MeshBreaker& b) { b.triangle(0).live = false; }, "is dead"},
+        LocalBreak{"LostNeighbor", [](MeshBreaker& b) { b.triangle(0).neighbors = {}; },
+                   "lies open"},
+        LocalBreak{"OneSidedNeighbor",
+                   [](MeshBreaker& b) {
+                     for (TriangleId& n : b.triangle(0).neighbors) {
+                       if (n.valid()) n = TriangleId(20);
+                     }
+                   },
+                   "are not neighbours both ways"},
+        LocalBreak{"HiddenEdge", [](MeshBreaker& b) { b.triangle(0).constrained = 0; },
+                   "hides an edge"},
+        LocalBreak{"NoEdge", [](MeshBreaker& b) { b.triangle(0).constrained = 7; }, "has no edge"},
+        LocalBreak{"DeadEdge", [](MeshBreaker& b) { b.edge(0).live = false; }, "edge 0 is dead"},
+        LocalBreak{"BackwardEdge",
+                   [](MeshBreaker& b) {
+                     b.edge(0).parameters = {1, 0};
+                   },
+                   "runs backwards"},
+        LocalBreak{"EdgeElsewhere", [](MeshBreaker& b) { b.edge(0).triangle = TriangleId(31); },
+                   "names triangle 31"},
+        LocalBreak{"VertexElsewhere", [](MeshBreaker& b) { b.vertex(6).triangle = TriangleId(31); },
+                   "names triangle 31"}),
     [](const auto& tested) { return std::string(tested.param.name); });
 
 TEST(CheckOperation, CountsWhatPassesAndThrowsWhatDoesNot) {

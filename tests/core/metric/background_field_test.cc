@@ -15,7 +15,7 @@
 namespace pliant {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 /// The unit square in n x n cells of two triangles.
 MeshData Grid(int n) {

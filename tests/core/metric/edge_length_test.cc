@@ -92,7 +92,7 @@ TEST(GeometricLength, IsTheLogarithmicMean) {
   for (int trial = 0; trial < 2000; ++trial) {
     const double hp = std::pow(10, rng.Uniform(-3, 3));
     const double hq = trial % 2 == 0 ? hp * rng.Uniform(0.5, 2) : std::pow(10, rng.Uniform(-3, 3));
-    SCOPED_TRACE(testing::Message() << "trial " << trial << " hp=" << hp << " hq=" << hq);
+    SCOPED_TRACE(::testing::Message() << "trial " << trial << " hp=" << hp << " hq=" << hq);
     const Metric mp = Metric::Isotropic(hp);
     const Metric mq = Metric::Isotropic(hq);
     const long double lp = 5 * std::sqrt(static_cast<long double>(mp.m11));

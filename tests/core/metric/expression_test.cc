@@ -14,7 +14,7 @@
 namespace pliant {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 double Value(std::string_view text, Vec2 p = {}, double t = 0) {
   const Result<Expression> expression = Expression::Parse(text);
@@ -193,7 +193,7 @@ TEST(Expression, SurvivesTokenSoup) {
     std::string text;
     const std::uint64_t count = 1 + rng.Below(12);
     for (std::uint64_t i = 0; i < count; ++i) text += tokens[rng.Below(std::size(tokens))];
-    SCOPED_TRACE(testing::Message() << "seed " << seed << ": " << text);
+    SCOPED_TRACE(::testing::Message() << "seed " << seed << ": " << text);
     const Result<Expression> expression = Expression::Parse(text);
     if (expression.ok()) {
       const double value = expression->Evaluate({0.5, -0.25}, 2);

@@ -11,17 +11,17 @@
 namespace pliant {
 namespace {
 
-constexpr BoundingBox kBox = {{-1, -2}, {3, 4}};
+constexpr BoundingBox kSpecBox = {{-1, -2}, {3, 4}};
 
 Metric Ask(const MetricSpec& spec, Vec2 p) {
-  const auto field = MakeMetricField(spec, kBox);
+  const auto field = MakeMetricField(spec, kSpecBox);
   EXPECT_TRUE(field.ok()) << field.error().message;
   std::int32_t hint = MetricField::kNoHint;
   return field.value()->At(p, hint);
 }
 
 Error Refusal(const MetricSpec& spec) {
-  const auto field = MakeMetricField(spec, kBox);
+  const auto field = MakeMetricField(spec, kSpecBox);
   EXPECT_FALSE(field.ok());
   return field.ok() ? Error{} : field.error();
 }
@@ -47,7 +47,7 @@ TEST(MakeMetricField, RefusesAnExpressionOnlyIfItWorksAtNoTrialPoint) {
   EXPECT_EQ(error.field, "metric.size");
   EXPECT_EQ(Refusal({.source = ExpressionMetric{"1", "5", "1"}}).code, ErrorCode::kExpressionValue);
   // A formula for a disc has no value at the corners of its box, and that is no mistake.
-  const auto disc = MakeMetricField(BySize("sqrt(4 - (x-1)^2 - (y-1)^2)"), kBox);
+  const auto disc = MakeMetricField(BySize("sqrt(4 - (x-1)^2 - (y-1)^2)"), kSpecBox);
   ASSERT_TRUE(disc.ok());
   EXPECT_TRUE(disc.value()->status().ok());
   std::int32_t hint = MetricField::kNoHint;

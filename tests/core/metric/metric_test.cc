@@ -81,7 +81,7 @@ TEST(AxesFromMetric, InvertsEquation3UpToTheConditionOfTheTensor) {
   Rng rng(1996);
   for (int trial = 0; trial < 20000; ++trial) {
     const auto [r1, r2, t, m] = Draw(rng, 6);
-    SCOPED_TRACE(testing::Message() << "trial " << trial << " " << r1 << " " << r2 << " " << t);
+    SCOPED_TRACE(::testing::Message() << "trial " << trial << " " << r1 << " " << r2 << " " << t);
     ASSERT_TRUE(IsPositiveDefinite(m));
     const MetricAxes axes = AxesFromMetric(m);
     const double condition = (r1 / r2) * (r1 / r2);
@@ -273,7 +273,7 @@ TEST(Intersect, DominatesBothAndIsTheLargestThatDoes) {
     const RandomMetric a = Draw(rng, 4);
     RandomMetric b = Draw(rng, 4);
     b.metric = (b.r1 * b.r2) / (a.r1 * a.r2) * b.metric;  // Of one area, so that both matter.
-    SCOPED_TRACE(testing::Message() << "trial " << trial);
+    SCOPED_TRACE(::testing::Message() << "trial " << trial);
     const Metric m = Intersect(a.metric, b.metric);
     ASSERT_TRUE(IsPositiveDefinite(m));
     ASSERT_GT(LeastRatio(m, a.metric), 1 - 1e-7);

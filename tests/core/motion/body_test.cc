@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <utility>
 
 #include "core/metric/function_field.h"
@@ -16,13 +17,12 @@
 namespace pliant {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr std::int32_t kBody = 7;
+constexpr std::int32_t kDisc = 7;
 constexpr Vec2 kCenter{0.4, 0.5};
 constexpr Vec2 kRadii{0.25, 0.05};
 
 /// The size grows with the distance from the ellipse and is four times smaller across than along.
-struct Layer {
+struct BodyLayer {
   double turn = 0;
 
   Metric operator()(Vec2 p) const {
@@ -47,9 +47,9 @@ Domain SquareWithFlap() {
   Domain domain = testing::Rectangle({0, 0}, {1, 1});
   constexpr std::int32_t kCount = 180;
   for (std::int32_t i = 0; i < kCount; ++i) {
-    const double t = 2 * kPi * i / kCount;
+    const double t = 2 * std::numbers::pi * i / kCount;
     domain.points.push_back(kCenter + Vec2{kRadii.x * std::cos(t), kRadii.y * std::sin(t)});
-    domain.segments.push_back({4 + i, 4 + (i + 1) % kCount, kBody});
+    domain.segments.push_back({4 + i, 4 + (i + 1) % kCount, kDisc});
   }
   domain.holes.push_back(kCenter);
   return domain;
@@ -59,22 +59,22 @@ Domain SquareWithFlap() {
 // of the wanted length at the tips, the triangles beside them are good all the same, and stay so
 // through a full turn.
 TEST(Body, IsFinelyDrawnAndHasGoodTrianglesBesideIt) {
-  auto made = Remesher::Create(SquareWithFlap(), std::make_unique<FunctionField<Layer>>(Layer{}),
-                               Options{});
+  auto made = Remesher::Create(SquareWithFlap(),
+                               std::make_unique<FunctionField<BodyLayer>>(BodyLayer{}), Options{});
   ASSERT_TRUE(made.ok()) << made.error().message;
   Remesher& remesher = **made;
   ASSERT_TRUE(remesher.Step({}).ok());
   (void)remesher.Commit();
   const double nodes = remesher.mesh().vertex_count();
   MotionRequest motion;
-  motion.tags = {{{kBody}, Rotation{kCenter, kPi / 18}}};
+  motion.tags = {{{kDisc}, Rotation{kCenter, std::numbers::pi / 18}}};
   motion.follow_length = 100;
   for (int step = 0; step <= 36; ++step) {
     SCOPED_TRACE(step);
-    const Layer layer{step * kPi / 18};
+    const BodyLayer layer{step * std::numbers::pi / 18};
     if (step > 0) {
       ASSERT_TRUE(MoveVertices(remesher, motion).ok());
-      ASSERT_TRUE(remesher.SetField(std::make_unique<FunctionField<Layer>>(layer)).ok());
+      ASSERT_TRUE(remesher.SetField(std::make_unique<FunctionField<BodyLayer>>(layer)).ok());
       const auto progress = remesher.Step({});
       ASSERT_TRUE(progress.ok());
       EXPECT_EQ(progress->stop_reason, StopReason::kConverged);

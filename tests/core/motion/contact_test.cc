@@ -4,6 +4,7 @@
 
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "core/base/rng.h"
@@ -13,8 +14,6 @@
 
 namespace pliant {
 namespace {
-
-constexpr double kPi = 3.14159265358979323846;
 
 /// The square [0, 10]^2 with the internal constraints given, tagged 5, 6, ...
 std::unique_ptr<testing::EditedMesh> Board(const std::vector<std::array<Vec2, 2>>& lines) {
@@ -67,10 +66,10 @@ TEST(Contact, IsFoundAtItsTime) {
 
 TEST(Contact, OfATurnIsFoundWithinTheChord) {
   const auto board = Board({{Vec2{5, 5}, Vec2{8, 5}}, {Vec2{5, 7}, Vec2{5, 9}}});
-  const auto contact = ContactOf(board->mesh, Moves(5, Rotation{{5, 5}, kPi}));
+  const auto contact = ContactOf(board->mesh, Moves(5, Rotation{{5, 5}, std::numbers::pi}));
   ASSERT_TRUE(contact.has_value());
   EXPECT_NEAR(contact->time, 0.5, 0.002);
-  EXPECT_FALSE(ContactOf(board->mesh, Moves(5, Rotation{{5, 5}, -kPi})).has_value());
+  EXPECT_FALSE(ContactOf(board->mesh, Moves(5, Rotation{{5, 5}, -std::numbers::pi})).has_value());
 }
 
 // A vertex that slides along the line of its own wall meets the next corner, and not the line.

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <iterator>
 #include <memory>
+#include <numbers>
 #include <set>
 #include <string>
 #include <utility>
@@ -24,7 +25,6 @@ namespace {
 
 using testing::Faults;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr std::int32_t kWall = 1;
 constexpr std::int32_t kBody = 7;
 
@@ -44,7 +44,7 @@ Domain SquareWithHole(const std::vector<Vec2>& hole, Vec2 seed) {
 std::vector<Vec2> Circle(Vec2 center, double radius, int count) {
   std::vector<Vec2> points;
   for (int i = 0; i < count; ++i) {
-    const double angle = 2 * kPi * i / count;
+    const double angle = 2 * std::numbers::pi * i / count;
     points.push_back(center + radius * Vec2{std::cos(angle), std::sin(angle)});
   }
   return points;
@@ -163,7 +163,7 @@ TEST(Move, AFlapThroughAFullTurn) {
   double last_quarter = 0;
   for (int step = 0; step < 36; ++step) {
     SCOPED_TRACE(step);
-    Move(*remesher, ByTag(Rotation{{0.5, 0.5}, kPi / 18}));
+    Move(*remesher, ByTag(Rotation{{0.5, 0.5}, std::numbers::pi / 18}));
     (void)remesher->Commit();
     EXPECT_NEAR(Area(remesher->mesh()), area, 1e-12);
     const double quality = MeanQuality(*remesher);
@@ -182,7 +182,7 @@ TEST(Move, AFlapThroughAFullTurn) {
 }
 
 TEST(Move, AFlapByAQuarterAndByAFullTurnAtOnce) {
-  for (const double angle : {kPi / 2, -2 * kPi}) {
+  for (const double angle : {std::numbers::pi / 2, -2 * std::numbers::pi}) {
     SCOPED_TRACE(angle);
     const auto remesher = Start(SquareWithHole(Flap(), {0.5, 0.5}), "0.02");
     Move(*remesher, ByTag(Rotation{{0.5, 0.5}, angle}));
@@ -208,7 +208,7 @@ TEST(Move, ATipThroughAThinGap) {
   }
   ASSERT_EQ(lid.vertices.size(), 2U);
   Move(*remesher, lid);
-  Move(*remesher, ByTag(Rotation{{0.1, 0.5}, kPi / 2 - 0.1}));
+  Move(*remesher, ByTag(Rotation{{0.1, 0.5}, std::numbers::pi / 2 - 0.1}));
   Move(*remesher, ByTag(Rotation{{0.1, 0.5}, 0.0999}));
   Move(*remesher, ByTag(Rotation{{0.1, 0.5}, -0.3}));
   EXPECT_GT(MeanQuality(*remesher), 0.94);
@@ -260,7 +260,7 @@ TEST(Move, ABarIsBentByAHalfTurn) {
   const int steps = 6;
   for (int step = 1; step <= steps; ++step) {
     // The axis becomes an arc of the same length.
-    const double curvature = kPi / 2 * step / steps;
+    const double curvature = std::numbers::pi / 2 * step / steps;
     MotionRequest request;
     for (std::int32_t i = 0; i < size; ++i) {
       const Vec2 p = straight[static_cast<std::size_t>(i)];

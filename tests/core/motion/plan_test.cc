@@ -6,6 +6,7 @@
 #include <cmath>
 #include <functional>
 #include <limits>
+#include <numbers>
 #include <span>
 #include <string>
 #include <utility>
@@ -19,7 +20,6 @@
 namespace pliant {
 namespace {
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
 
 /// The unit square with the middle of its bottom (tag 1) as vertex 4, which slides.
@@ -99,8 +99,8 @@ TEST(MotionPlan, FollowsEveryShapeOfPath) {
   };
   const std::vector<Path> paths = {
       {Translation{{2, 4}}, {2, 2}, {3, 4}},
-      {Rotation{{0, 0}, kPi}, {0, 1}, {-1, 0}},
-      {Rotation{{1, 1}, -kPi / 2}, {1 - std::sqrt(0.5), 1 - std::sqrt(0.5)}, {0, 1}},
+      {Rotation{{0, 0}, std::numbers::pi}, {0, 1}, {-1, 0}},
+      {Rotation{{1, 1}, -std::numbers::pi / 2}, {1 - std::sqrt(0.5), 1 - std::sqrt(0.5)}, {0, 1}},
       {AffineMap{3, 0, 4, 1, {1, 0}}, {2.5, 2}, {4, 4}},
       {PolynomialPath{{{1, 0}, {0, 4}}}, {1.5, 1}, {2, 4}},
   };

@@ -11,6 +11,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <memory>
+#include <numbers>
 #include <set>
 #include <string>
 #include <utility>
@@ -32,9 +33,8 @@ namespace {
 
 using testing::Faults;
 
-constexpr double kPi = 3.14159265358979323846;
-constexpr std::uint64_t kParts = 4;
-constexpr test::Seeds kSeeds = {.count = 200, .long_count = 5000, .part_count = kParts};
+constexpr std::uint64_t kMotionParts = 4;
+constexpr test::Seeds kSeeds = {.count = 200, .long_count = 5000, .part_count = kMotionParts};
 constexpr std::int64_t kVisitsMax = 3'000'000;
 constexpr std::int32_t kFirstBody = 10;
 
@@ -82,7 +82,7 @@ class RandomSession {
     const double a = rng_.Uniform(0.02, 0.2);
     const double b = rng_.Below(3) == 0 ? a * rng_.Uniform(0.01, 0.2) : a * rng_.Uniform(0.3, 1);
     for (std::int32_t i = 0; i < corners; ++i) {
-      const double angle = 2 * kPi * i / corners;
+      const double angle = 2 * std::numbers::pi * i / corners;
       domain.points.push_back(center + Vec2{a * std::cos(angle), b * std::sin(angle)});
     }
     // Two corners make a slit in the domain; some bodies are regions and no holes.
@@ -250,7 +250,7 @@ TEST_P(RandomMotions, KeepEveryPromise) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(Part, RandomMotions, ::testing::Range<std::uint64_t>(0, kParts));
+INSTANTIATE_TEST_SUITE_P(Part, RandomMotions, ::testing::Range<std::uint64_t>(0, kMotionParts));
 
 }  // namespace
 }  // namespace pliant

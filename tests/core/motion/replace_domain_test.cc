@@ -20,7 +20,7 @@ namespace {
 
 using testing::Faults;
 
-constexpr std::int32_t kBody = 7;
+constexpr std::int32_t kWall = 7;
 
 void AddSquare(Domain& domain, Vec2 low, Vec2 high) {
   const auto first = static_cast<std::int32_t>(domain.points.size());
@@ -28,7 +28,7 @@ void AddSquare(Domain& domain, Vec2 low, Vec2 high) {
     domain.points.push_back(p);
   }
   for (std::int32_t i = 0; i < 4; ++i) {
-    domain.segments.push_back({first + i, first + (i + 1) % 4, kBody});
+    domain.segments.push_back({first + i, first + (i + 1) % 4, kWall});
   }
 }
 
@@ -277,7 +277,7 @@ TEST(ReplaceDomain, RefusedAfterAMotionLeavesWhatTheMotionLeft) {
   ASSERT_TRUE(remesher->Step({}).ok());
   (void)remesher->Commit();
   MotionRequest motion;
-  motion.tags = {{{kBody}, Translation{{0.2, 0.1}}}};
+  motion.tags = {{{kWall}, Translation{{0.2, 0.1}}}};
   motion.follow_length = 3;
   ASSERT_TRUE(MoveVertices(*remesher, motion).ok());
   const auto before = std::vector<VertexRecord>(remesher->mesh().vertex_records().begin(),
@@ -330,7 +330,7 @@ TEST(ReplaceDomain, CanBeUndoneAndGoesOnMoving) {
   EXPECT_EQ(*remesher->Save(), after);
 
   MotionRequest motion;
-  motion.tags = {{{kBody}, Translation{{-0.3, 0.1}}}};
+  motion.tags = {{{kWall}, Translation{{-0.3, 0.1}}}};
   const auto moved = MoveVertices(*remesher, motion);
   ASSERT_TRUE(moved.ok()) << moved.error().message;
   Finish(*remesher);

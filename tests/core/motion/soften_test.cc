@@ -14,6 +14,7 @@
 #include <functional>
 #include <limits>
 #include <memory>
+#include <numbers>
 #include <string>
 #include <utility>
 #include <vector>
@@ -29,10 +30,9 @@ namespace {
 
 using testing::Faults;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSize = 0.1;
 constexpr std::int32_t kRim = 5;
-constexpr std::int32_t kBody = 7;
+constexpr std::int32_t kBar = 7;
 
 using Map = std::function<Vec2(Vec2)>;
 
@@ -65,7 +65,7 @@ std::int64_t Soften(Remesher& body) {
   return report.ok() ? report->softened_count : -1;
 }
 
-void Finish(Remesher& body) {
+void StepToTheEnd(Remesher& body) {
   ASSERT_TRUE(body.Step({}).ok());
   ASSERT_EQ(Faults(body.mesh()), "");
   (void)body.Commit();
@@ -106,7 +106,7 @@ class Bar {
     softened_ += Soften(*body_);
     const double tolerance = body_->options().boundary_tolerance;
     EXPECT_LE(std::fabs(Area(mesh()) - area), tolerance * length);
-    ASSERT_NO_FATAL_FAILURE(Finish(*body_));
+    ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body_));
   }
 
   /// To three times the length and back.
@@ -128,7 +128,7 @@ class Bar {
 
  private:
   static double Width(double x, double stretch) {
-    return 1 - 0.15 * (stretch - 1) * std::cos(x * kPi / 2);
+    return 1 - 0.15 * (stretch - 1) * std::cos(x * std::numbers::pi / 2);
   }
 
   std::unique_ptr<Remesher> body_;
@@ -182,14 +182,14 @@ TEST(Soften, CornersInALineGoWithAnyTolerance) {
   const double area = Area(body->mesh());
   EXPECT_GT(Soften(*body), 20);
   EXPECT_NEAR(Area(body->mesh()), area, 1e-12);
-  ASSERT_NO_FATAL_FAILURE(Finish(*body));
+  ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body));
   EXPECT_LT(CornerCount(body->mesh()), 8);
 }
 
 Domain Disc(Vec2 center, double radius, int count, std::int32_t tag) {
   Domain domain;
   for (int i = 0; i < count; ++i) {
-    const double angle = 2 * kPi * i / count;
+    const double angle = 2 * std::numbers::pi * i / count;
     domain.points.push_back(center + radius * Vec2{std::cos(angle), std::sin(angle)});
     domain.segments.push_back({i, (i + 1) % count, tag});
   }
@@ -251,7 +251,7 @@ TEST(Soften, ADiscThatIsSqueezedKeepsItsShape) {
     // Its nodes are still there: the loop has not run.
     ASSERT_EQ(PointsOf(mesh, kRim).size(), sent.size());
     EXPECT_LE(DistanceToEdges(sent, mesh, kRim), tolerance * (1 + 1e-9));
-    ASSERT_NO_FATAL_FAILURE(Finish(*body));
+    ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body));
   }
   EXPECT_GT(softened, 0);
   EXPECT_LT(body->mesh().edge_count(), 1.2 * fresh);
@@ -259,7 +259,7 @@ TEST(Soften, ADiscThatIsSqueezedKeepsItsShape) {
 
 TEST(Soften, AnInternalConstraintKeepsItsRegionsAndATagItsEnds) {
   Domain domain = testing::Rectangle({-1, -1}, {1, 1});
-  Domain disc = Disc({0, 0}, 0.5, 80, kBody);
+  Domain disc = Disc({0, 0}, 0.5, 80, kBar);
   for (int i = 0; i < 40; ++i) disc.segments[static_cast<std::size_t>(i)].tag = kRim;
   Append(disc, domain);
   domain.regions.push_back({{0, 0}, 3});
@@ -277,7 +277,7 @@ TEST(Soften, AnInternalConstraintKeepsItsRegionsAndATagItsEnds) {
   const auto regions_after = testing::RegionAreas(body->mesh());
   ASSERT_EQ(regions_after.size(), regions.size());
   for (const auto& [region, area] : regions) {
-    EXPECT_NEAR(regions_after.at(region), area, tolerance * kPi);
+    EXPECT_NEAR(regions_after.at(region), area, tolerance * std::numbers::pi);
   }
   for (const auto& [tag, length] : testing::TagLengths(body->mesh())) {
     EXPECT_NEAR(length, lengths.at(tag), 0.05 * length) << tag;
@@ -285,7 +285,7 @@ TEST(Soften, AnInternalConstraintKeepsItsRegionsAndATagItsEnds) {
   EXPECT_EQ(body->mesh().position(between_tags), (Vec2{0.5 + 1e-9, 0}));
   EXPECT_TRUE(body->mesh().vertex(between_tags).fixed);
   EXPECT_TRUE(body->mesh().vertex(also_between).fixed);
-  ASSERT_NO_FATAL_FAILURE(Finish(*body));
+  ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body));
   EXPECT_LT(body->mesh().edge_count(), 90);
 }
 
@@ -296,7 +296,7 @@ TEST(Soften, SharpCornersStayBitForBit) {
   const auto body = StartWith(star, 0.005, "0.2");
   ASSERT_NO_FATAL_FAILURE(MoveAll(*body, [](Vec2 p) { return Vec2{p.x + 0.01, p.y}; }));
   EXPECT_EQ(Soften(*body), 0);
-  ASSERT_NO_FATAL_FAILURE(Finish(*body));
+  ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body));
   for (std::int32_t i = 0; i < 200; ++i) {
     EXPECT_EQ(body->mesh().position(VertexId(i)),
               star.points[static_cast<std::size_t>(i)] + (Vec2{0.01, 0}));
@@ -311,7 +311,7 @@ TEST(Soften, NothingFrozenGoes) {
   ASSERT_NO_FATAL_FAILURE(MoveAll(*body, half));
   ASSERT_TRUE(body->SetConstraints(constraints).ok());
   EXPECT_GT(Soften(*body), 20);
-  ASSERT_NO_FATAL_FAILURE(Finish(*body));
+  ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body));
   for (const VertexId id : constraints.vertices) EXPECT_TRUE(body->mesh().vertex(id).fixed);
 }
 
@@ -338,23 +338,23 @@ TEST(Soften, AFirstBuildAMissingPermissionOrNoToleranceKeepAllPoints) {
 // A coarser metric alone is a reason, too.
 TEST(Soften, AMetricThatBecomesCoarserThinsAHoleOut) {
   Domain domain = testing::Rectangle({-1, -1}, {1, 1});
-  Append(Disc({0, 0}, 0.5, 60, kBody), domain);
+  Append(Disc({0, 0}, 0.5, 60, kBar), domain);
   domain.holes.push_back({0, 0});
   const auto body = StartWith(domain, 0.02, "0.05");
   ASSERT_TRUE(body->SetMetric({.source = SizeMetric{"0.2"}}).ok());
-  const std::vector<Vec2> before = PointsOf(body->mesh(), kBody);
+  const std::vector<Vec2> before = PointsOf(body->mesh(), kBar);
   EXPECT_GT(Soften(*body), 30);
-  EXPECT_LE(DistanceToEdges(before, body->mesh(), kBody), 0.02);
-  ASSERT_NO_FATAL_FAILURE(Finish(*body));
-  EXPECT_LT(PointsOf(body->mesh(), kBody).size(), 2 * 24);
-  EXPECT_GT(PointsOf(body->mesh(), kBody).size(), 2 * 12);
+  EXPECT_LE(DistanceToEdges(before, body->mesh(), kBar), 0.02);
+  ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body));
+  EXPECT_LT(PointsOf(body->mesh(), kBar).size(), 2 * 24);
+  EXPECT_GT(PointsOf(body->mesh(), kBar).size(), 2 * 12);
 }
 
 // A hole that is smaller than the tolerance keeps an inside, and two walls that are nearer to each
 // other than the tolerance do not meet.
 TEST(Soften, WhatWouldTouchStays) {
   Domain domain = testing::Rectangle({-1, -1}, {1, 1});
-  Append(Disc({-0.5, 0}, 0.01, 40, kBody), domain);
+  Append(Disc({-0.5, 0}, 0.01, 40, kBar), domain);
   domain.holes.push_back({-0.5, 0});
   // Two combs with their teeth in each other's gaps, across a slot that is no part of the domain.
   Domain slot;
@@ -367,7 +367,7 @@ TEST(Soften, WhatWouldTouchStays) {
   const auto body = StartWith(domain, 0.02, "0.2");
   ASSERT_NO_FATAL_FAILURE(MoveAll(*body, [](Vec2 p) { return Vec2{p.x + 1e-6, p.y}; }));
   (void)Soften(*body);
-  ASSERT_NO_FATAL_FAILURE(Finish(*body));
+  ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body));
   EXPECT_LT(Area(body->mesh()), 4);
 }
 
@@ -426,15 +426,15 @@ TEST(Soften, AConservativeFieldKeepsItsIntegral) {
   update.values.push_back(std::move(values));
   update.transfer = TransferKind::kConservative;
   ASSERT_TRUE(body->SetFields(update).ok());
-  ASSERT_NO_FATAL_FAILURE(Finish(*body));
+  ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body));
   const double before = IntegralOf(*body);
-  EXPECT_NEAR(before, 2 * kPi, 0.01);
+  EXPECT_NEAR(before, 2 * std::numbers::pi, 0.01);
   // Nothing but the softening moves the boundary.
   ASSERT_TRUE(body->SetMetric({.source = SizeMetric{"0.2"}}).ok());
   const double area = Area(body->mesh());
   EXPECT_GT(Soften(*body), 50);
   EXPECT_LT(Area(body->mesh()), area - 1e-4);
-  ASSERT_NO_FATAL_FAILURE(Finish(*body));
+  ASSERT_NO_FATAL_FAILURE(StepToTheEnd(*body));
   EXPECT_NEAR(IntegralOf(*body), before, 1e-12 * before);
 }
 

@@ -14,7 +14,6 @@ namespace {
 
 using testing::GridData;
 using testing::ImportedMesh;
-using testing::LiveVertices;
 
 /// Isotropic sizes that grow to the upper right, on a coarse grid.
 BackgroundMetric Example() {
@@ -30,7 +29,7 @@ BackgroundMetric Example() {
 TEST(AskAt, AnswersAsOneByOneAndKeepsHints) {
   const auto made = ImportedMesh(GridData(9, 9));
   const auto field = BackgroundField::Make(Example(), {}).value();
-  const std::vector<VertexId> vertices = LiveVertices(made->mesh);
+  const std::vector<VertexId> vertices = testing::LiveVertices(made->mesh);
   ASSERT_GT(vertices.size(), 64U);
   for (std::size_t i = 20; i < vertices.size(); ++i) made->edit.Hint(vertices[i]) = 5;
   std::vector<Metric> metrics(vertices.size());
@@ -46,7 +45,7 @@ TEST(AskAt, TakesNoVertices) {
   const auto made = ImportedMesh(GridData(1, 1));
   const auto field = BackgroundField::Make(Example(), {}).value();
   AskAt(made->edit, *field, {}, {});
-  for (const VertexId id : LiveVertices(made->mesh)) {
+  for (const VertexId id : testing::LiveVertices(made->mesh)) {
     EXPECT_EQ(made->mesh.hint(id), MetricField::kNoHint);
   }
 }

@@ -41,7 +41,7 @@ std::unique_ptr<Remesher> Start(const MetricSpec& spec, const Options& options =
 }
 
 /// Steps to the end. @return the places where the metric is not met
-std::size_t Finish(Remesher& remesher, std::int64_t visits_max = 1'000'000'000) {
+std::size_t TroublesAtTheEnd(Remesher& remesher, std::int64_t visits_max = 1'000'000'000) {
   for (;;) {
     const auto progress = remesher.Step({.visits_max = visits_max});
     EXPECT_TRUE(progress.ok());
@@ -61,12 +61,12 @@ std::uint64_t Hash(const MeshDiff& diff) { return diff.summary.state_hash; }
 
 TEST(AutomaticLimits, HoldWhereAMetricJumps) {
   const auto as_it_is = Start(SizeOf(kJump, false));
-  EXPECT_GT(Finish(*as_it_is), 0U);
+  EXPECT_GT(TroublesAtTheEnd(*as_it_is), 0U);
   EXPECT_FALSE(as_it_is->metric_report().limits);
   EXPECT_LT(LeastQuality(*as_it_is), kTroubleQuality);
 
   const auto limited = Start(SizeOf(kJump));
-  EXPECT_EQ(Finish(*limited), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*limited), 0U);
   EXPECT_TRUE(limited->metric_report().limits);
   EXPECT_GT(limited->metric_report().gradation_count, 0);
   EXPECT_GT(LeastQuality(*limited), 0.7);
@@ -74,7 +74,7 @@ TEST(AutomaticLimits, HoldWhereAMetricJumps) {
 
 TEST(AutomaticLimits, HoldWhereDirectionsCross) {
   const auto limited = Start(Crossing());
-  EXPECT_EQ(Finish(*limited), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*limited), 0U);
   EXPECT_GT(limited->metric_report().limited_complexity, limited->metric_report().raw_complexity);
   EXPECT_GT(LeastQuality(*limited), 0.6);
 }
@@ -82,8 +82,8 @@ TEST(AutomaticLimits, HoldWhereDirectionsCross) {
 TEST(AutomaticLimits, LeaveAloneWhatCanBeMet) {
   const auto with = Start(SizeOf(kSmooth));
   const auto without = Start(SizeOf(kSmooth, false));
-  EXPECT_EQ(Finish(*with), 0U);
-  EXPECT_EQ(Finish(*without), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*with), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*without), 0U);
   EXPECT_FALSE(with->metric_report().limits);
   EXPECT_EQ(Hash(with->Commit()), Hash(without->Commit()));
 }
@@ -92,7 +92,7 @@ TEST(AutomaticLimits, AddNothingToWhatWasChosen) {
   MetricSpec spec = SizeOf(kJump);
   spec.gradation.rotation = 0.7;  // Cures no jump.
   const auto chosen = Start(spec);
-  EXPECT_GT(Finish(*chosen), 0U);
+  EXPECT_GT(TroublesAtTheEnd(*chosen), 0U);
   EXPECT_EQ(chosen->metric_report().gradation_count, 0);
 
   const auto paper = Start(SizeOf(kJump), {.variant = Variant::kPaper});
@@ -104,28 +104,28 @@ TEST(AutomaticLimits, JoinLimitsThatHoldAlready) {
   MetricSpec spec = SizeOf(kJump);
   spec.gradation.geometry = 0.1;
   const auto remesher = Start(spec);
-  EXPECT_EQ(Finish(*remesher), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*remesher), 0U);
   EXPECT_GT(remesher->metric_report().gradation_count, 0);
   EXPECT_GT(remesher->metric_report().geometry_count, 0);
 
   remesher->Commit();
   spec.source = SizeMetric{kSmooth};
   const auto updated = Start(spec);
-  Finish(*updated);
+  TroublesAtTheEnd(*updated);
   updated->Commit();
   EXPECT_EQ(updated->metric_report().gradation_count, 0);
   spec.source = SizeMetric{kJump};
   ASSERT_TRUE(updated->SetMetric(spec).ok());
-  EXPECT_EQ(Finish(*updated), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*updated), 0U);
   EXPECT_GT(updated->metric_report().gradation_count, 0) << "of an update too";
 }
 
 TEST(AutomaticLimits, HoldOnUntilTheyAreSwitchedOff) {
   const auto remesher = Start(SizeOf(kJump));
-  Finish(*remesher);
+  TroublesAtTheEnd(*remesher);
   remesher->Commit();
   ASSERT_TRUE(remesher->SetMetric(SizeOf(kSmooth)).ok());
-  EXPECT_EQ(Finish(*remesher), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*remesher), 0U);
   remesher->Commit();
   EXPECT_TRUE(remesher->metric_report().limits);
 
@@ -133,34 +133,34 @@ TEST(AutomaticLimits, HoldOnUntilTheyAreSwitchedOff) {
   ASSERT_TRUE(loaded.ok());
   for (Remesher* one : {remesher.get(), loaded->get()}) {
     ASSERT_TRUE(one->SetMetric(SizeOf("0.05")).ok());
-    Finish(*one);
+    TroublesAtTheEnd(*one);
   }
   EXPECT_EQ(Hash(remesher->Commit()), Hash((*loaded)->Commit()));
   EXPECT_TRUE((*loaded)->metric_report().limits) << "they also hold on in a session that slept";
 
   ASSERT_TRUE(remesher->SetMetric(SizeOf("0.06", false)).ok());
-  Finish(*remesher);
+  TroublesAtTheEnd(*remesher);
   remesher->Commit();
   EXPECT_FALSE(remesher->metric_report().limits);
 }
 
 TEST(AutomaticLimits, DoNotDependOnHowAnUpdateIsCut) {
   const auto whole = Start(SizeOf(kSmooth));
-  Finish(*whole);
+  TroublesAtTheEnd(*whole);
   whole->Commit();
   auto in_pieces = Remesher::Load(*whole->Save());
   ASSERT_TRUE(in_pieces.ok());
   ASSERT_TRUE(whole->SetMetric(SizeOf(kJump)).ok());
   ASSERT_TRUE((*in_pieces)->SetMetric(SizeOf(kJump)).ok());
-  EXPECT_EQ(Finish(*whole), 0U);
-  EXPECT_EQ(Finish(**in_pieces, 37), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*whole), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(**in_pieces, 37), 0U);
   EXPECT_EQ(Hash(whole->Commit()), Hash((*in_pieces)->Commit()));
 }
 
 // What mending has come upon belongs to the session's state: a step may end in the middle of it.
 TEST(AutomaticLimits, GiveTheSameBitsToASessionThatSleptInBetween) {
   const auto awake = Start(SizeOf(kSmooth));
-  Finish(*awake);
+  TroublesAtTheEnd(*awake);
   awake->Commit();
   ASSERT_TRUE(awake->SetMetric(SizeOf(kJump)).ok());
   int sleeps = 0;
@@ -185,7 +185,7 @@ TEST(AutomaticLimits, GiveTheSameBitsToASessionThatSleptInBetween) {
 
 TEST(AutomaticLimits, HoldForTensorsAtVertices) {
   const auto remesher = Start(SizeOf("0.02"));
-  Finish(*remesher);
+  TroublesAtTheEnd(*remesher);
   remesher->Commit();
   const Bytes before = *remesher->Save();
   std::vector<VertexId> vertices = testing::LiveVertices(remesher->mesh());
@@ -195,7 +195,7 @@ TEST(AutomaticLimits, HoldForTensorsAtVertices) {
     tensors.push_back({1 / (size * size), 0, 1 / (size * size)});
   }
   ASSERT_TRUE(remesher->SetTensors(vertices, tensors).ok());
-  EXPECT_EQ(Finish(*remesher), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*remesher), 0U);
   EXPECT_TRUE(remesher->metric_report().limits);
 
   remesher->Rollback();
@@ -203,7 +203,7 @@ TEST(AutomaticLimits, HoldForTensorsAtVertices) {
   EXPECT_TRUE(*remesher->Save() == before);
 
   ASSERT_TRUE(remesher->SetTensors(vertices, tensors).ok());
-  EXPECT_EQ(Finish(*remesher), 0U);
+  EXPECT_EQ(TroublesAtTheEnd(*remesher), 0U);
   remesher->Commit();
   const auto undo = remesher->TakeUndo();
   ASSERT_TRUE(undo.has_value());

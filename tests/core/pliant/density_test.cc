@@ -13,7 +13,6 @@ namespace {
 
 using testing::ImportedMesh;
 
-constexpr double kHeight = 0.8660254037844386;
 constexpr std::int32_t kColumns = 9;
 
 /// Rows of equilateral triangles of edge length `size`.
@@ -21,7 +20,7 @@ MeshData Lattice(double size) {
   MeshData data;
   for (std::int32_t j = 0; j < kColumns; ++j) {
     for (std::int32_t i = 0; i < kColumns; ++i) {
-      data.points.push_back({size * (i + 0.5 * (j % 2)), size * kHeight * j});
+      data.points.push_back({size * (i + 0.5 * (j % 2)), size * testing::kEquilateralHeight * j});
     }
   }
   for (std::int32_t j = 0; j + 1 < kColumns; ++j) {

@@ -11,13 +11,16 @@ namespace {
 
 using testing::ImportedMesh;
 
-constexpr double kHeight = 0.8660254037844386;
-
 /// Six equilateral unit triangles around vertex 0.
 MeshData Hexagon() {
   MeshData data;
-  data.points = {{0, 0},  {1, 0},           {0.5, kHeight}, {-0.5, kHeight},
-                 {-1, 0}, {-0.5, -kHeight}, {0.5, -kHeight}};
+  data.points = {{0, 0},
+                 {1, 0},
+                 {0.5, testing::kEquilateralHeight},
+                 {-0.5, testing::kEquilateralHeight},
+                 {-1, 0},
+                 {-0.5, -testing::kEquilateralHeight},
+                 {0.5, -testing::kEquilateralHeight}};
   for (std::int32_t i = 1; i <= 6; ++i) data.triangles.push_back({0, i, i % 6 + 1});
   return data;
 }
@@ -32,7 +35,7 @@ Star StarOf(const Mesh& mesh, VertexId id) {
 TEST(NodeExtent, OfTheMiddleOfAUnitHexagonIsNearOne) {
   const auto made = ImportedMesh(Hexagon());
   const double extent = NodeExtent(made->mesh, StarOf(made->mesh, VertexId(0)));
-  EXPECT_NEAR(extent, 2.3 / std::sqrt(24.0) * 6 * kHeight / 2, 1e-14);
+  EXPECT_NEAR(extent, 2.3 / std::sqrt(24.0) * 6 * testing::kEquilateralHeight / 2, 1e-14);
   EXPECT_NEAR(extent, 1.2197, 1e-4);
 }
 
@@ -58,19 +61,20 @@ TEST(NodeExtent, OnASegmentCountsItsTwoEdgesThere) {
 TEST(LargestSpokeExtent, OfAUnitHexagonIsBelowOneAndTheFirstOfEquals) {
   const auto made = ImportedMesh(Hexagon());
   const SpokeExtent largest = LargestSpokeExtent(made->mesh, StarOf(made->mesh, VertexId(0)));
-  EXPECT_NEAR(largest.extent, 0.8 * 2 * kHeight / 2, 1e-14);
+  EXPECT_NEAR(largest.extent, 0.8 * 2 * testing::kEquilateralHeight / 2, 1e-14);
 }
 
 TEST(LargestSpokeExtent, FindsTheSpokeBetweenTheLargestTriangles) {
   MeshData data = Hexagon();
-  data.points[3] = {-2, 4 * kHeight};
+  data.points[3] = {-2, 4 * testing::kEquilateralHeight};
   const auto made = ImportedMesh(data);
   const Star star = StarOf(made->mesh, VertexId(0));
   const SpokeExtent largest = LargestSpokeExtent(made->mesh, star);
   EXPECT_EQ(star.ring()[largest.spoke], VertexId(3));
   // The triangles 0 2 3 and 0 3 4: half the cross products.
-  const double first = 0.5 * (0.5 * 4 * kHeight + 2 * kHeight);
-  const double second = 0.5 * 4 * kHeight;
+  const double first =
+      0.5 * (0.5 * 4 * testing::kEquilateralHeight + 2 * testing::kEquilateralHeight);
+  const double second = 0.5 * 4 * testing::kEquilateralHeight;
   EXPECT_NEAR(largest.extent, 0.8 * (first + second), 1e-12);
 }
 

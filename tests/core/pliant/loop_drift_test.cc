@@ -23,7 +23,7 @@ constexpr int kSteps = 30;
 constexpr double kFewest = 3'500;
 
 testing::Case Uniform(double nodes) { return testing::DiscCase(nodes, testing::DiscState::kOff); }
-testing::Case Shock(double nodes) { return testing::ShockCase(nodes); }
+testing::Case DriftingShock(double nodes) { return testing::ShockCase(nodes); }
 
 enum class Send { kField, kTensors };
 
@@ -75,8 +75,8 @@ INSTANTIATE_TEST_SUITE_P(
                       Slow{"UniformCoarser", &Uniform, 1.03, Send::kField},
                       Slow{"GaussianFiner", &testing::GaussianCase, 0.97, Send::kTensors},
                       Slow{"GaussianCoarser", &testing::GaussianCase, 1.03, Send::kTensors},
-                      Slow{"FrontFiner", &Shock, 0.97, Send::kField},
-                      Slow{"FrontCoarser", &Shock, 1.03, Send::kField}),
+                      Slow{"FrontFiner", &DriftingShock, 0.97, Send::kField},
+                      Slow{"FrontCoarser", &DriftingShock, 1.03, Send::kField}),
     [](const auto& info) { return info.param.name; });
 
 }  // namespace

@@ -129,7 +129,7 @@ TEST_F(PatchTest, WantsSwapsFindsWhatThePlainTestFinds) {
       expected |= EdgeWantsSwap(mesh_, {star.ring()[(k + n - 1) % n], a, b, star.center()});
       const TriangleId inner = star.triangles()[k];
       const auto side = static_cast<std::size_t>(mesh_.CornerOf(inner, star.center()));
-      if (((mesh_.triangle(inner).constrained >> side) & 1) != 0) continue;
+      if (mesh_.triangle(inner).IsConstrained(side)) continue;
       const TriangleId outer = mesh_.triangle(inner).neighbors[side];
       const auto back = static_cast<std::size_t>(mesh_.SideTowards(outer, inner));
       if (!EdgeWantsSwap(mesh_, {star.center(), a, mesh_.triangle(outer).vertices[back], b})) {

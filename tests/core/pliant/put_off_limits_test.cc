@@ -38,7 +38,7 @@ MetricSpec Steep(double from) {
           .gradation = kLimits};
 }
 
-std::uint64_t Finish(Remesher& remesher) {
+std::uint64_t HashAtTheEnd(Remesher& remesher) {
   const auto progress = remesher.Step({});
   EXPECT_TRUE(progress.ok());
   EXPECT_EQ(progress->stop_reason, StopReason::kConverged);
@@ -49,7 +49,7 @@ std::uint64_t Finish(Remesher& remesher) {
 
 std::unique_ptr<Remesher> Start() {
   auto remesher = Remesher::Create(testing::Rectangle({0, 0}, {1, 1}), Steep(0.3), {}).value();
-  Finish(*remesher);
+  HashAtTheEnd(*remesher);
   return remesher;
 }
 
@@ -98,7 +98,7 @@ void ExpectLimited(const Remesher& remesher) {
 TEST(PutOffLimits, AreLaidByTheNextStepWhereverAnUpdateWasStopped) {
   const auto undisturbed = Start();
   ASSERT_TRUE(undisturbed->SetMetric(Steep(0.6)).ok());
-  Finish(*undisturbed);
+  HashAtTheEnd(*undisturbed);
   const double q_mean = MeasureQuality(undisturbed->mesh(), undisturbed->field()).q_mean;
   int put_off = 0;
   for (std::int64_t place = 1; place < 4000; place += 1 + place / 3) {
@@ -107,7 +107,8 @@ TEST(PutOffLimits, AreLaidByTheNextStepWhereverAnUpdateWasStopped) {
     if (!StopAt(*remesher, place)) break;
     put_off += remesher->metric_report().limits ? 0 : 1;
     const auto twin = Reread(*remesher);
-    EXPECT_EQ(Finish(*remesher), Finish(*twin)) << "a session that was read goes another way";
+    EXPECT_EQ(HashAtTheEnd(*remesher), HashAtTheEnd(*twin))
+        << "a session that was read goes another way";
     ExpectLimited(*remesher);
     EXPECT_GT(MeasureQuality(remesher->mesh(), remesher->field()).q_mean, q_mean - 0.005);
     EXPECT_NEAR(
@@ -135,7 +136,7 @@ TEST(PutOffLimits, AreThereAgainAfterTheWayBackAndForth) {
   ASSERT_TRUE(again.ok());
   EXPECT_EQ(winding->Snapshot().summary.state_hash, due_hash);
   EXPECT_FALSE(winding->metric_report().limits);
-  EXPECT_EQ(Finish(*winding), Finish(*straight));
+  EXPECT_EQ(HashAtTheEnd(*winding), HashAtTheEnd(*straight));
 }
 
 TEST(PutOffLimits, ThatWereLaidAreDueAgainAfterARollback) {
@@ -143,7 +144,7 @@ TEST(PutOffLimits, ThatWereLaidAreDueAgainAfterARollback) {
   const auto hesitant = Stopped();
   ASSERT_TRUE(hesitant->Step({.visits_max = 500}).ok());
   hesitant->Rollback();
-  EXPECT_EQ(Finish(*hesitant), Finish(*straight));
+  EXPECT_EQ(HashAtTheEnd(*hesitant), HashAtTheEnd(*straight));
 }
 
 // Nothing has happened then: the revision is as it was, and so is what follows.
@@ -164,7 +165,7 @@ TEST(PutOffLimits, StayDueIfLayingThemIsStoppedToo) {
   }
   EXPECT_GE(stops, 4);
   hesitant->Rollback();
-  EXPECT_EQ(Finish(*hesitant), Finish(*straight));
+  EXPECT_EQ(HashAtTheEnd(*hesitant), HashAtTheEnd(*straight));
 }
 
 TEST(PutOffLimits, AreLaidBeforeAnythingElseIsTold) {
@@ -196,7 +197,7 @@ TEST(PutOffLimits, AreLaidBeforeAnythingElseIsTold) {
     const auto remesher = Stopped();
     const auto twin = Reread(*remesher);
     for (Remesher* one : {remesher.get(), twin.get()}) ASSERT_TRUE(update(*one).ok());
-    EXPECT_EQ(Finish(*remesher), Finish(*twin));
+    EXPECT_EQ(HashAtTheEnd(*remesher), HashAtTheEnd(*twin));
     EXPECT_TRUE(remesher->metric_report().limits);
     EXPECT_GT(MeasureQuality(remesher->mesh(), remesher->field()).q_mean, 0.95);
   }
@@ -207,7 +208,7 @@ TEST(PutOffLimits, AreLaidBeforeAnythingElseIsTold) {
 TEST(PutOffLimits, DoNotShowWhereNobodyCommits) {
   const auto undisturbed = Start();
   ASSERT_TRUE(undisturbed->SetMetric(Steep(0.6)).ok());
-  const std::uint64_t hash = Finish(*undisturbed);
+  const std::uint64_t hash = HashAtTheEnd(*undisturbed);
   const auto stopped = Start();
   ASSERT_TRUE(stopped->SetMetric(Steep(0.6)).ok());
   int stops = 0;
@@ -230,7 +231,7 @@ TEST(PutOffLimits, OfAFirstBuildAreLaidByTheNextStep) {
     ASSERT_EQ(remesher->Step({.stop = &stop})->stop_reason, StopReason::kCancelled);
     remesher->Commit();
     const auto twin = Reread(*remesher);
-    EXPECT_EQ(Finish(*remesher), Finish(*twin));
+    EXPECT_EQ(HashAtTheEnd(*remesher), HashAtTheEnd(*twin));
     ExpectLimited(*remesher);
   }
 }

@@ -20,8 +20,6 @@ namespace {
 
 using testing::GridData;
 
-constexpr double kHeight = 0.8660254037844386;
-
 Metric Wavy(Vec2 p) { return {2 + p.x + 0.1 * p.y, 0.3 - 0.05 * p.x, 1 + 0.2 * p.y}; }
 
 /// What the header says, again, the slow way: everything by sorting and summing in long double.
@@ -168,7 +166,7 @@ TEST(QualityMeasurement, GivesTheBitsOfTheWholeWhoeverHelps) {
 
 TEST(MeasureQuality, OfAnEquilateralTriangleIsOne) {
   MeshData data;
-  data.points = {{0, 0}, {1, 0}, {0.5, kHeight}};
+  data.points = {{0, 0}, {1, 0}, {0.5, testing::kEquilateralHeight}};
   data.triangles = {{0, 1, 2}};
   const Quality quality = MeasureQuality(data, FunctionField([](Vec2) { return Metric{1, 0, 1}; }));
   EXPECT_NEAR(quality.q_mean, 1, 1e-15);

@@ -11,7 +11,7 @@ using testing::FieldOf;
 using testing::IntegralOf;
 using testing::RandomTransfer;
 
-Field Transferred(const Field& field, const Mesh& now, const MeshTransfer& transfer) {
+Field Projected(const Field& field, const Mesh& now, const MeshTransfer& transfer) {
   OverlapFinder finder(transfer.region(), transfer.locator());
   NodalSystem system = MakeNodalSystem(now, transfer.region());
   NodalProjection nodes(field, transfer.region(), transfer.rows());
@@ -34,15 +34,15 @@ Field NodalField(const Mesh& mesh, const std::function<double(Vec2)>& f) {
   return FieldOf(mesh, FieldLocation::kVertex, TransferKind::kConservative, f);
 }
 
-double Wave(Vec2 p) { return p.x * p.x - 30 * p.y + (p.x > 5 ? 17.0 : 0.0); }
+double StepAndSlope(Vec2 p) { return p.x * p.x - 30 * p.y + (p.x > 5 ? 17.0 : 0.0); }
 
 TEST(NodalProjection, KeepsTheIntegral) {
   for (const MeshData& data : {testing::GridData(9, 9), testing::ThinGrid()}) {
     for (std::uint64_t seed = 1; seed <= 20; ++seed) {
       SCOPED_TRACE(::testing::Message() << "seed " << seed);
       const RandomTransfer edited(data, seed, 100);
-      const Field before = NodalField(edited.before, Wave);
-      const Field after = Transferred(before, edited.now->mesh, *edited.transfer);
+      const Field before = NodalField(edited.before, StepAndSlope);
+      const Field after = Projected(before, edited.now->mesh, *edited.transfer);
       const auto old_integral = IntegralOf(edited.before, before);
       EXPECT_NEAR(IntegralOf(edited.now->mesh, after).value, old_integral.value,
                   1e-14 * old_integral.magnitude);
@@ -55,10 +55,10 @@ TEST(NodalProjection, KeepsConstantsToTheBitAndLinearFunctionsUpToRounding) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed);
     const RandomTransfer edited(testing::GridData(9, 9), seed, 100);
     const auto linear = [](Vec2 p) { return 1 + 2 * p.x - 3 * p.y; };
-    const Field constant = Transferred(NodalField(edited.before, [](Vec2) { return 0.1; }),
-                                       edited.now->mesh, *edited.transfer);
+    const Field constant = Projected(NodalField(edited.before, [](Vec2) { return 0.1; }),
+                                     edited.now->mesh, *edited.transfer);
     const Field plane =
-        Transferred(NodalField(edited.before, linear), edited.now->mesh, *edited.transfer);
+        Projected(NodalField(edited.before, linear), edited.now->mesh, *edited.transfer);
     for (const VertexId id : testing::LiveVertices(edited.now->mesh)) {
       EXPECT_EQ(constant.values[id.index()], 0.1);
       EXPECT_NEAR(plane.values[id.index()], linear(edited.now->mesh.position(id)), 1e-11);
@@ -68,8 +68,8 @@ TEST(NodalProjection, KeepsConstantsToTheBitAndLinearFunctionsUpToRounding) {
 
 TEST(NodalProjection, LeavesVerticesAloneWhoseTrianglesDidNotChange) {
   const RandomTransfer edited(testing::GridData(12, 12), /*seed=*/1, /*steps=*/20);
-  const Field before = NodalField(edited.before, Wave);
-  const Field after = Transferred(before, edited.now->mesh, *edited.transfer);
+  const Field before = NodalField(edited.before, StepAndSlope);
+  const Field after = Projected(before, edited.now->mesh, *edited.transfer);
   const auto& touched = edited.transfer->region().after.vertex_ids;
   int alone = 0;
   for (const VertexId id : testing::LiveVertices(edited.now->mesh)) {
@@ -88,8 +88,8 @@ TEST(NodalProjection, IsNearestToTheOldFunctionOfAllWithItsIntegral) {
   const RandomTransfer edited(testing::GridData(5, 5), /*seed=*/2, /*steps=*/40);
   const Mesh& now = edited.now->mesh;
   const TouchedRegion& region = edited.transfer->region();
-  const Field before = NodalField(edited.before, Wave);
-  const Field after = Transferred(before, now, *edited.transfer);
+  const Field before = NodalField(edited.before, StepAndSlope);
+  const Field after = Projected(before, now, *edited.transfer);
   const auto distance = [&](const Field& field) {
     const auto value = [](const std::array<Vec2, 3>& c, const std::array<double, 3>& v, Vec2 p) {
       const double area = Cross(c[1] - c[0], c[2] - c[0]);
@@ -166,7 +166,7 @@ TEST(NodalProjection, KeepsTheIntegralWhenTheBoundaryMoves) {
     }
     const MeshTransfer transfer(edited->mesh, edited->edit.log());
     const Field field = NodalField(before, [](Vec2 p) { return 1 + p.x; });
-    const Field after = Transferred(field, edited->mesh, transfer);
+    const Field after = Projected(field, edited->mesh, transfer);
     EXPECT_NEAR(IntegralOf(edited->mesh, after).value, IntegralOf(before, field).value, 1e-12);
   }
 }
