@@ -6,6 +6,7 @@
 
 #include "core/mesh/mesh_delta.h"
 #include "core/metric/saved_spec.h"
+#include "server/kept_bytes.h"
 #include "server/record.h"
 #include "server/record_values.h"
 #include "server/revision_text.h"
@@ -65,6 +66,13 @@ Status TakeUndo(ByteReader& reader, SessionMemory& memory) {
 
 // --- Memory -------------------------------------------------------------------------------------
 
+// As Session::Publish does: what comes next finds the same bounds as it found there.
+void BoundByMesh(SessionMemory& memory, const SessionMakers& makers) {
+  const std::int64_t vertex_count = memory.summary ? memory.summary->vertex_count : 0;
+  memory.history.SetBytesMax(HistoryBytesMax(vertex_count, makers.history_bytes_max));
+  memory.undo.SetBytesMax(UndoBytesMax(vertex_count));
+}
+
 Result<SessionMemory> ReadSnapshot(std::span<const std::byte> bytes, const SessionMakers& makers) {
   SessionMemory memory(makers.history_bytes_max);
   if (IsInput(bytes)) {
@@ -102,6 +110,7 @@ Result<SessionMemory> ReadSnapshot(std::span<const std::byte> bytes, const Sessi
   }
   if (memory.results.last_update_id() != last_update_id) reader.Fail();
   PLIANT_RETURN_IF_ERROR(TakeUndo(reader, memory));
+  BoundByMesh(memory, makers);
   const auto diff_count = reader.Take<std::uint32_t>();
   for (std::uint32_t i = 0; reader.ok() && i < diff_count; ++i) {
     auto diff = std::make_shared<const MeshDiff>(TakeDiff(reader));
@@ -157,10 +166,11 @@ Status ReplayWhole(SessionMemory& memory, const CommitRecord& record, const Sess
   memory.undo.Clear();
   memory.history = DiffHistory(makers.history_bytes_max);
   memory.summary = memory.engine->engine().Snapshot().summary;
+  BoundByMesh(memory, makers);
   return {};
 }
 
-Status ReplayDelta(SessionMemory& memory, const CommitRecord& record) {
+Status ReplayDelta(SessionMemory& memory, const CommitRecord& record, const SessionMakers& makers) {
   StagedEngine& engine = *memory.engine;
   PLIANT_ASSIGN_OR_RETURN(RevisionDelta delta,
                           engine.engine().ReadDelta(std::get<0>(record.change)));
@@ -175,6 +185,7 @@ Status ReplayDelta(SessionMemory& memory, const CommitRecord& record) {
   diff.transfer = record.transfer;
   diff.fields = record.fields;
   memory.summary = diff.summary;
+  BoundByMesh(memory, makers);
   memory.history.Add(std::make_shared<const MeshDiff>(std::move(diff)));
   return {};
 }
@@ -185,7 +196,7 @@ Status Replay(SessionMemory& memory, const CommitRecord& record, const SessionMa
   } else {
     // What was staged is in the commit.
     PLIANT_RETURN_IF_ERROR(memory.engine->Discard());
-    PLIANT_RETURN_IF_ERROR(ReplayDelta(memory, record));
+    PLIANT_RETURN_IF_ERROR(ReplayDelta(memory, record, makers));
   }
   if (memory.engine->revision() != record.revision) return Corrupt(record.revision, "has a gap");
   memory.revision = record.revision;

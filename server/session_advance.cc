@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/base/check.h"
+#include "server/kept_bytes.h"
 #include "server/revision_text.h"
 #include "server/session.h"
 
@@ -178,11 +179,9 @@ std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
 
 // A revision is there: for the history, for who asks, and for who listens.
 void Session::Publish(const std::shared_ptr<const MeshDiff>& diff, std::int64_t update_id) {
-  const auto vertices = static_cast<std::size_t>(diff->summary.vertex_count);
-  history_.SetBytesMax(std::min(environment_.history_bytes_max,
-                                std::max(kHistoryBytesLeast, vertices * kHistoryBytesPerVertex)));
-  undo_.SetBytesMax(
-      std::min(kUndoBytesMax, std::max(kUndoBytesLeast, vertices * kUndoBytesPerVertex)));
+  const std::int64_t vertex_count = diff->summary.vertex_count;
+  history_.SetBytesMax(HistoryBytesMax(vertex_count, environment_.history_bytes_max));
+  undo_.SetBytesMax(UndoBytesMax(vertex_count));
   history_.Add(diff);
   ReportUsage();
   followers_wait_ = true;

@@ -6,6 +6,7 @@
 
 #include <string>
 
+#include "server/kept_bytes.h"
 #include "server/record.h"
 
 namespace pliant::server {
@@ -76,6 +77,8 @@ class SavedStateTest : public testing::Test {
       record.change.emplace<1>(*memory_.engine->Save());
     }
     Record(record);
+    memory_.history.SetBytesMax(HistoryBytesMax(diff->summary.vertex_count, kHistoryBytesMax));
+    memory_.undo.SetBytesMax(UndoBytesMax(diff->summary.vertex_count));
     memory_.history.Add(diff);
     memory_.revision = diff->revision;
     memory_.applied_update_id = update_id_;
@@ -142,6 +145,33 @@ TEST_F(SavedStateTest, ReplaysRecordsAndSnapshotsAlike) {
     hashes.push_back(memory->engine->Commit().summary.state_hash);
   }
   EXPECT_EQ(hashes[0], hashes[1]);
+}
+
+// Goal: what is loaded keeps as much beside its mesh as what was there: a way back that was refused
+// stays refused, and a snapshot that is made of it does not grow from one to the next.
+TEST_F(SavedStateTest, KeepsNoMoreThanWasKept) {
+  Commit();
+  for (int i = 0; i < 24; ++i) {
+    Stage(i % 2 == 0 ? "0.04" : "0.05");
+    Commit();
+  }
+  const std::size_t step_count = memory_.undo.steps().size();
+  ASSERT_LT(step_count, 24U) << "the bound is met";
+  ASSERT_LT(memory_.history.count(), 24U);
+  ASSERT_GT(step_count, 2U);
+  const SessionMemory again = Again();
+  EXPECT_EQ(again.undo.steps().size(), step_count);
+  EXPECT_EQ(again.history.count(), memory_.history.count());
+  snapshot_ = *WriteMemory(again);
+  EXPECT_EQ(snapshot_.size(), WriteMemory(memory_)->size());
+  records_.clear();
+  for (int i = 0; i < 4; ++i) {
+    Stage(i % 2 == 0 ? "0.045" : "0.055");
+    Commit();
+  }
+  const SessionMemory later = Again();
+  EXPECT_EQ(later.undo.steps().size(), memory_.undo.steps().size());
+  EXPECT_EQ(later.history.count(), memory_.history.count());
 }
 
 TEST_F(SavedStateTest, KeepsTheStage) {
