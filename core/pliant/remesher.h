@@ -104,9 +104,9 @@ class Remesher {
   /// replace only their tensors. Errors: also those of MakeMetricField for each function,
   /// kExpressionValue if one has no value at a vertex, and kRevisionNotFound before the first
   /// commit.
-  /// @par Cost O(k + changed since the last commit) if these limits and functions hold already,
-  /// else
-  ///           O(mesh)
+  ///
+  /// @par Cost O(mesh); if these limits and functions hold already, O(k + changed since the last
+  ///           commit)
   Status SetTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
                     const MetricLimits& limits, const FunctionsSpec& functions);
 
