@@ -144,9 +144,10 @@ TEST_F(LiveServer, TheMirrorFollowsRandomUpdates) {
         }
       }
       const MetricLimits limits{.gradation = {.gradation = number(1.3, 2)}};
-      ASSERT_TRUE(twins.session->UpdateTensors(vertices, tensors, limits).ok());
-      ASSERT_TRUE(twins.remesher->SetTensors(vertices, tensors, limits).ok());
-      const FunctionsSpec beside{.parts = {SizeMetric{"0.03+0.2*abs(x-t)"}}, .time = 0.2 * round};
+      FunctionsSpec beside{.parts = {SizeMetric{"0.03+0.2*abs(x-t)"}}, .time = 0.1 * round};
+      ASSERT_TRUE(twins.session->UpdateTensors(vertices, tensors, beside, limits).ok());
+      ASSERT_TRUE(twins.remesher->SetTensors(vertices, tensors, limits, beside).ok());
+      beside.time *= 2;
       ASSERT_TRUE(twins.session->UpdateFunctions(beside, limits).ok());
       ASSERT_TRUE(twins.remesher->SetFunctions(beside, limits).ok());
       const MetricLimits later{.bounds = {.size_min = number(0.02, 0.03)}};
