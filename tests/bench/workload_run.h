@@ -23,6 +23,7 @@ struct Request {
   std::string update;
   std::int64_t changed = 1000;  ///< "bump": nodes under the bump.
   bool sends_all = false;       ///< "bump": tensors are sent for all vertices.
+  std::string beside;           ///< "bump": a size in x, y that stands beside the tensors.
   std::int64_t steps = 50;      ///< "front", "drift", "body": number of steps.
   double front_step = 0.02;     ///< "front": length of a step.
   bool displaces = false;       ///< "front": the client sends the displacement of the front, too.

@@ -72,10 +72,26 @@ Result<Update> SendTensors(Remesher& remesher, const Request& request,
   return RunOne(remesher, [&] { return remesher.SetTensors(vertices, tensors); });
 }
 
+/// The tensors that all vertices have, and the wanted size beside them from now on.
+Result<Update> SetBeside(Remesher& remesher, const std::string& size) {
+  std::vector<Metric> tensors;
+  for (const VertexId id : LiveVertices(remesher.mesh())) {
+    tensors.push_back(remesher.mesh().metric(id));
+  }
+  const FunctionsSpec beside{.parts = {SizeMetric{size}}};
+  const MetricLimits none{.gradation = {.automatic = false}};
+  return RunOne(remesher, [&] { return remesher.SetTensors({}, tensors, none, beside); });
+}
+
 /// Twice the density around a point of about `changed` nodes, smooth at the rim, then as before.
 Result<nlohmann::json> RunBump(Remesher& remesher, const Request& request) {
   PLIANT_ASSIGN_OR_RETURN(const BenchCase instance, MakeCase(request.instance));
   const auto field = instance.field();
+  nlohmann::json beside;
+  if (!request.beside.empty()) {
+    PLIANT_ASSIGN_OR_RETURN(const Update set, SetBeside(remesher, request.beside));
+    beside = JsonOf(std::vector{set});
+  }
   const Domain& domain = instance.domain;
   // 0.6 and 0.62 of the way between opposite corners: in the dense part of case A, on no symmetry.
   const Vec2 low = domain.points[0];
@@ -104,7 +120,7 @@ Result<nlohmann::json> RunBump(Remesher& remesher, const Request& request) {
     PLIANT_ASSIGN_OR_RETURN(Update down, SendTensors(remesher, request, after.vertices, before));
     downs.push_back(std::move(down));
   }
-  return nlohmann::json{{"on", JsonOf(ups)}, {"off", JsonOf(downs)}};
+  return nlohmann::json{{"on", JsonOf(ups)}, {"off", JsonOf(downs)}, {"beside", beside}};
 }
 
 /// What case F as tensors stands for: half the size inside the disc.

@@ -60,6 +60,8 @@ int main(int argc, char** argv) {
       "--update", request.update,
       "disc, tensors, bump, same, front, drift, body, nodes or domain; default: build only");
   app.add_flag("--send-all", request.sends_all, "bump: tensors are sent for all vertices");
+  app.add_option("--beside", request.beside, "bump: a size in x, y that stands beside the tensors")
+      ->excludes("--send-all");
   app.add_option("--changed", request.changed, "bump: nodes under it")
       ->check(CLI::Range(2, 1 << 30));
   app.add_option("--follow", request.follow, "body: nodes within so many lengths go with it");
