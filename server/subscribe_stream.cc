@@ -59,6 +59,7 @@ void SubscribeStream::OnWriteDone(bool ok) {
     writing_ = false;
     if (!ok) {
       messages_.clear();
+      last_word_.reset();
       End(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
     }
     Pump();
@@ -70,6 +71,7 @@ void SubscribeStream::OnWriteDone(bool ok) {
 void SubscribeStream::OnCancel() {
   const std::lock_guard lock(mutex_);
   if (!writing_) messages_.clear();
+  last_word_.reset();
   End(grpc::Status(grpc::StatusCode::CANCELLED, "the client is gone"));
   Pump();
 }
@@ -111,13 +113,9 @@ void SubscribeStream::Send(SessionEvent event) { Write(std::move(event)); }
 void SubscribeStream::Close(const Error& error) {
   SessionEvent event;
   event.body = ClosingEvent{error};
-  bool can_say_why = false;
-  {
-    const std::lock_guard lock(mutex_);
-    can_say_why = !end_ && !converting_ && messages_.empty();
-  }
-  if (can_say_why) Write(std::move(event));
+  v1::SubscribeResponse response = ToSubscribeResponse(event, spec_.parts, spec_.numbering);
   const std::lock_guard lock(mutex_);
+  if (!end_) last_word_ = std::move(response);
   End(ToGrpcStatus(error));
   Pump();
 }
@@ -137,7 +135,7 @@ void SubscribeStream::Write(SessionEvent event) {
     }
   }
   v1::SubscribeResponse response = ToSubscribeResponse(event, spec_.parts, spec_.numbering);
-  if (view_ && !response.has_closing()) {
+  if (view_) {
     for (const std::int32_t tag : view_->AbsentTags()) response.add_absent_region_tags(tag);
   }
   std::vector<v1::SubscribeResponse> messages;
@@ -152,8 +150,7 @@ void SubscribeStream::Write(SessionEvent event) {
   if (!end_) {
     messages_ = std::move(messages);
     next_ = 0;
-    if (!std::holds_alternative<ClosingEvent>(event.body))
-      revision_ = static_cast<std::int64_t>(event.revision);
+    revision_ = static_cast<std::int64_t>(event.revision);
   }
   Pump();
 }
@@ -179,6 +176,10 @@ void SubscribeStream::Pump() {
   }
   messages_.clear();
   next_ = 0;
+  if (last_word_) {
+    messages_.push_back(*std::exchange(last_word_, std::nullopt));
+    return Pump();
+  }
   if (!end_) return;
   finished_ = true;
   Finish(*end_);

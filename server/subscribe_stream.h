@@ -81,7 +81,8 @@ class SubscribeStream final : public grpc::ServerWriteReactor<v1::SubscribeRespo
   std::shared_ptr<Session> session_;
   std::vector<v1::SubscribeResponse> messages_;  // Of the event that is being written.
   std::size_t next_ = 0;
-  bool converting_ = false;  // A worker is making messages.
+  std::optional<v1::SubscribeResponse> last_word_;  // Why it ends; after `messages_`.
+  bool converting_ = false;                         // A worker is making messages.
   bool writing_ = false;
   bool finished_ = false;
   std::optional<grpc::Status> end_;  // Set: nothing more is taken.

@@ -84,6 +84,26 @@ TEST_F(SubscribeTest, EndsWithTheSessionAndWithTheServer) {
   EXPECT_EQ(ReasonOf(closed.End()), "UNAVAILABLE");
 }
 
+// Goal: the reason comes behind what is on its way.
+// Method: a reader that has not read a mesh larger than the window of its stream when its session
+// is deleted; another one, who comes after it, has read the same.
+TEST_F(SubscribeTest, SaysWhyItEndsAlsoBehindWhatIsUnread) {
+  SubscribeClient slow(*server, id);
+  SubscribeClient prompt(*server, id);
+  EXPECT_TRUE(slow.Next().has_bookmark());
+  EXPECT_TRUE(prompt.Next().has_bookmark());
+  ASSERT_NO_FATAL_FAILURE(AdvanceTo(*edit, 1, "0.004"));
+  Mirror mirror;
+  ASSERT_EQ(prompt.Follow(mirror, 1), "");
+  grpc::ClientContext context;
+  v1::DeleteSessionRequest request;
+  request.set_session_id(id);
+  v1::DeleteSessionResponse response;
+  ASSERT_TRUE(server->sessions->DeleteSession(&context, request, &response).ok());
+  EXPECT_EQ(ReasonOf(slow.End()), "SESSION_NOT_FOUND");
+  EXPECT_TRUE(slow.saw_closing);
+}
+
 // Goal: who asks for less than the whole mesh gets that, and proves it. The square has one region,
 // 0, so that a filter by it lets all through and one by another nothing; mesh_view_test has more.
 TEST_F(SubscribeTest, GivesPartsOfTheMesh) {
