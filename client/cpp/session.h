@@ -130,6 +130,7 @@ class Session {
   /// @param on_change    called on this thread with every diff, or snapshot, that has come, the
   ///                     last included; the replica has followed it.
   /// Both may look at the session and Cancel; what changes it is refused there: kProtocolOrder.
+  /// Neither may throw.
   /// Errors: kUpdateRejected, kExpressionValue, kReplicaMismatch (Resync is the way out), and
   /// those of the connection.
   Result<AdvanceReport> Advance(const AdvanceOptions& options = {},
