@@ -22,7 +22,7 @@ using client::Client;
 struct JobOptions : ServerCommandOptions {
   double seconds_max = 0;
 };
-using Shared = std::shared_ptr<JobOptions>;
+using SharedJobOptions = std::shared_ptr<JobOptions>;
 
 void Print(const client::JobInfo& job) { std::cout << JobText(job); }
 
@@ -79,7 +79,7 @@ Status Fetch(const JobOptions& options, Client& server) {
   return WriteCompactMesh(options.output, replica.Compact());
 }
 
-void AddId(CLI::App& command, const Shared& options) {
+void AddJobId(CLI::App& command, const SharedJobOptions& options) {
   command.add_option("id", options->id, "Which job")->required()->type_name("ID");
 }
 
@@ -97,13 +97,13 @@ void AddJobCommand(CLI::App& app, Command& chosen) {
   FinishServerCommand(list, options, List, chosen);
 
   CLI::App& show = *group.add_subcommand("show", "Describe a job");
-  AddId(show, options);
+  AddJobId(show, options);
   AddJson(show, *options);
   show.footer("Example:\n  pliant job show plate");
   FinishServerCommand(show, options, ShowOne, chosen);
 
   CLI::App& wait = *group.add_subcommand("wait", "Wait until a job has ended; 0 if it is done");
-  AddId(wait, options);
+  AddJobId(wait, options);
   wait.add_option("--seconds-max", options->seconds_max, "Wait no longer than this; 0: for ever")
       ->check(CLI::Range(0.0, 1e8))
       ->capture_default_str();
@@ -117,7 +117,7 @@ void AddJobCommand(CLI::App& app, Command& chosen) {
   FinishServerCommand(cancel, options, Cancel, chosen);
 
   CLI::App& fetch = *group.add_subcommand("fetch", "Download the mesh of a job that is done");
-  AddId(fetch, options);
+  AddJobId(fetch, options);
   fetch.add_option("-o,--output", options->output, "Mesh: .mesh, .meshb, .msh, .vtu or .node/.ele")
       ->required()
       ->type_name("FILE");

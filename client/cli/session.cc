@@ -30,7 +30,7 @@ struct SessionOptions : ServerCommandOptions {
   MetricOptions metric;
   LoopOptions loop;
 };
-using Shared = std::shared_ptr<SessionOptions>;
+using SharedSessionOptions = std::shared_ptr<SessionOptions>;
 
 void Print(const client::SessionInfo& session) {
   const Json json = SessionJson(session);
@@ -134,7 +134,7 @@ CLI::App& Add(CLI::App& group, const std::string& name, const std::string& what)
   return *group.add_subcommand(name, what);
 }
 
-void AddId(CLI::App& command, const Shared& options) {
+void AddSessionId(CLI::App& command, const SharedSessionOptions& options) {
   command.add_option("id", options->id, "Which session")->required()->type_name("ID");
 }
 
@@ -164,13 +164,13 @@ void AddSessionCommand(CLI::App& app, Command& chosen) {
   FinishServerCommand(list, options, List, chosen);
 
   CLI::App& show = Add(group, "show", "Describe a session");
-  AddId(show, options);
+  AddSessionId(show, options);
   AddJson(show, *options);
   show.footer("Example:\n  pliant session show plate");
   FinishServerCommand(show, options, Show, chosen);
 
   CLI::App& get = Add(group, "get", "Download a session's mesh");
-  AddId(get, options);
+  AddSessionId(get, options);
   get.add_option("-o,--output", options->output, "Mesh: .mesh, .meshb, .msh, .vtu or .node/.ele")
       ->required()
       ->type_name("FILE");
@@ -178,13 +178,13 @@ void AddSessionCommand(CLI::App& app, Command& chosen) {
   FinishServerCommand(get, options, Get, chosen);
 
   CLI::App& quality = Add(group, "quality", "Measure how well a session's mesh meets its metric");
-  AddId(quality, options);
+  AddSessionId(quality, options);
   AddJson(quality, *options);
   quality.footer("Example:\n  pliant session quality plate");
   FinishServerCommand(quality, options, ShowQuality, chosen);
 
   CLI::App& to_file = Add(group, "export", "Write a session with all that it knows into a file");
-  AddId(to_file, options);
+  AddSessionId(to_file, options);
   to_file.add_option("-o,--output", options->output, "The file, for pliant session import")
       ->required()
       ->type_name("FILE");

@@ -27,10 +27,6 @@ v1::Array Points(std::span<const Vec2> rows, ColumnWriter& columns) {
 v1::Array Tensors(std::span<const Metric> rows, ColumnWriter& columns) {
   return columns.Write<double, 3>(rows);
 }
-template <class Id>
-v1::Array Numbers(std::span<const Id> rows, ColumnWriter& columns) {
-  return columns.Write<std::int32_t, 1>(rows);
-}
 template <class T>
 std::span<const T> View(const std::vector<T>& rows) {
   return rows;

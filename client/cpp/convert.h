@@ -24,6 +24,12 @@
 /// server does. From the wire: whatever does not fit the protocol is an error, never a crash.
 namespace pliant::client {
 
+/// Indices or tags, a column of one number each.
+template <class Id>
+[[nodiscard]] v1::Array Numbers(std::span<const Id> rows, wire::ColumnWriter& columns) {
+  return columns.Write<std::int32_t, 1>(rows);
+}
+
 [[nodiscard]] v1::Domain ToWire(const Domain& domain, wire::ColumnWriter& columns);
 [[nodiscard]] v1::MeshInput ToWire(const MeshData& mesh, wire::ColumnWriter& columns);
 

@@ -13,12 +13,7 @@ namespace {
 using wire::ColumnReader;
 using wire::ColumnWriter;
 
-template <class Id>
-v1::Array Numbers(std::span<const Id> rows, ColumnWriter& columns) {
-  return columns.Write<std::int32_t, 1>(rows);
-}
-
-v1::ImpossibleMotion ToWire(ImpossibleMotion on_impossible) {
+v1::ImpossibleMotion WireOf(ImpossibleMotion on_impossible) {
   return on_impossible == ImpossibleMotion::kStop ? v1::IMPOSSIBLE_MOTION_STOP
                                                   : v1::IMPOSSIBLE_MOTION_REFUSE;
 }
@@ -116,7 +111,7 @@ v1::BoundaryUpdate ToWire(const MotionRequest& motion, Revision revision, Column
     to.mutable_tags()->Add(tags.tags.begin(), tags.tags.end());
     WriteShape(tags.shape, to);
   }
-  message.set_on_impossible(ToWire(motion.on_impossible));
+  message.set_on_impossible(WireOf(motion.on_impossible));
   if (motion.follow_length > 0) message.set_metric_follow_length(motion.follow_length);
   return message;
 }
@@ -127,7 +122,7 @@ v1::NodeUpdate ToWire(const NodePositions& nodes, ColumnWriter& columns) {
   vertices.set_revision(static_cast<std::int64_t>(nodes.revision));
   if (!nodes.vertices.empty()) *vertices.mutable_vertex_ids() = Numbers(nodes.vertices, columns);
   *vertices.mutable_positions() = columns.Write<double, 2>(nodes.positions);
-  message.set_on_impossible(ToWire(nodes.on_impossible));
+  message.set_on_impossible(WireOf(nodes.on_impossible));
   return message;
 }
 

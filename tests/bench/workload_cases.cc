@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -22,7 +23,6 @@ namespace {
 using testing::Case;
 using testing::DiscState;
 
-constexpr double kPi = 3.14159265358979323846;
 constexpr double kSqrt3Half = 0.8660254037844386;
 
 // The scales of tests/support/cases.cc: nodes times these make the metric.
@@ -60,7 +60,7 @@ struct LettersMetric {
     for (const Vec2 corner : corners) square = std::min(square, Dot(corner - p, corner - p));
     const double size = 0.004 + 0.12 * std::sqrt(square);
     const double height = high.y - low.y;
-    const double k = 2 * kPi * 1.5 / (high.x - low.x);
+    const double k = 2 * std::numbers::pi * 1.5 / (high.x - low.x);
     const double phase = k * (p.x - low.x);
     static const auto* sine = FindMathFunction("sin");
     static const auto* cosine = FindMathFunction("cos");
@@ -184,7 +184,7 @@ BenchCase MakeBody(const CaseRequest& request) {
   const bool hole = request.name == "G-hole";
   static const auto* sine = FindMathFunction("sin");
   static const auto* cosine = FindMathFunction("cos");
-  const double turn = request.turn_degrees * kPi / 180;
+  const double turn = request.turn_degrees * std::numbers::pi / 180;
   LayerMetric metric{hole ? Vec2{0.1, 0.1} : Vec2{0.25, 0.05},
                      {0.4 + request.shift, 0.5},
                      {cosine->unary(turn), sine->unary(turn)},
@@ -192,7 +192,7 @@ BenchCase MakeBody(const CaseRequest& request) {
   Domain domain = testing::Rectangle({0, 0}, {1, 1});
   const auto first = static_cast<std::int32_t>(domain.points.size());
   for (std::int32_t i = 0; i < kPointCount; ++i) {
-    const double t = 2 * kPi * i / kPointCount;
+    const double t = 2 * std::numbers::pi * i / kPointCount;
     const Vec2 p{metric.radii.x * cosine->unary(t), metric.radii.y * sine->unary(t)};
     domain.points.push_back(metric.center + p.x * metric.axis +
                             p.y * Vec2{-metric.axis.y, metric.axis.x});

@@ -1,4 +1,5 @@
 #include <cmath>
+#include <numbers>
 #include <utility>
 #include <vector>
 
@@ -10,7 +11,6 @@ namespace {
 
 constexpr std::int32_t kHoleCorners = 16;
 constexpr double kHoleRadius = 5;  // In lengths that the metric wants at its centre.
-constexpr double kPi = 3.14159265358979323846;
 
 /// The domain with a hole where case F has its disc or, elsewhere, on no symmetry.
 Domain WithHole(const Domain& domain, const MetricField& field) {
@@ -22,7 +22,7 @@ Domain WithHole(const Domain& domain, const MetricField& field) {
   Domain holed = domain;
   const auto first = static_cast<std::int32_t>(domain.points.size());
   for (std::int32_t i = 0; i < kHoleCorners; ++i) {
-    const double angle = 2 * kPi * i / kHoleCorners;
+    const double angle = 2 * std::numbers::pi * i / kHoleCorners;
     holed.points.push_back(center + radius * Vec2{std::cos(angle), std::sin(angle)});
     holed.segments.push_back({first + i, first + (i + 1) % kHoleCorners, 1});
   }

@@ -13,9 +13,9 @@ namespace pliant::test {
 namespace {
 
 /// An editor and its mirror, with the calls that these tests make.
-class Editor {
+class ConstrainedEditor {
  public:
-  Editor(InProcessServer& server, const std::string& id) : edit_(server, id) {}
+  ConstrainedEditor(InProcessServer& server, const std::string& id) : edit_(server, id) {}
 
   v1::AdvanceResult Advance() {
     edit_.Advance(++update_);
@@ -112,7 +112,7 @@ class ConstraintsTest : public ::testing::Test {
 };
 
 TEST_F(ConstraintsTest, AFrozenRegionIsNeverChangedAndItsCostIsReported) {
-  Editor editor(server_, id_);
+  ConstrainedEditor editor(server_, id_);
   editor.Advance();
   v1::ConstraintUpdate frozen;
   frozen.add_frozen_regions(2);
@@ -139,7 +139,7 @@ TEST_F(ConstraintsTest, AFrozenRegionIsNeverChangedAndItsCostIsReported) {
 }
 
 TEST_F(ConstraintsTest, AFrozenWallIsNotMovedAndTheRefusalLeavesTheSessionAsItWas) {
-  Editor editor(server_, id_);
+  ConstrainedEditor editor(server_, id_);
   editor.Advance();
   std::vector<std::int32_t> wall;
   for (const auto& [slot, edge] : editor.mirror().edges) {
@@ -159,7 +159,7 @@ TEST_F(ConstraintsTest, AFrozenWallIsNotMovedAndTheRefusalLeavesTheSessionAsItWa
 }
 
 TEST_F(ConstraintsTest, ConstraintsAndOptionsGoBackWithTheRevision) {
-  Editor editor(server_, id_);
+  ConstrainedEditor editor(server_, id_);
   editor.Advance();
   v1::ConstraintUpdate frozen;
   frozen.add_restrictions(v1::RESTRICTION_NO_INSERT);
@@ -176,7 +176,7 @@ TEST_F(ConstraintsTest, ConstraintsAndOptionsGoBackWithTheRevision) {
 }
 
 TEST_F(ConstraintsTest, SeedAndVariantStay) {
-  Editor editor(server_, id_);
+  ConstrainedEditor editor(server_, id_);
   v1::SessionOptions options;
   options.set_seed(12);
   EXPECT_EQ(editor.SetOptions(options), "PROTOCOL_ORDER");

@@ -1,7 +1,6 @@
 // Goal: the promise "Durable" and what follows from it: a session that was stored goes on as if its
 // server had not stopped. tests/crash kills real servers.
 #include <gmock/gmock.h>
-#include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -11,6 +10,7 @@
 #include <vector>
 
 #include "tests/protocol/follow.h"
+#include "tests/protocol/same_message.h"
 #include "tests/protocol/updates.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/mirror.h"
@@ -19,8 +19,6 @@
 
 namespace pliant::test {
 namespace {
-
-using google::protobuf::util::MessageDifferencer;
 
 constexpr const char* kDurable =
     "A revision that was acknowledged to me survives a crash of the server.";
@@ -141,13 +139,6 @@ std::vector<Step> Script() {
           fixed(Advance())};
 }
 
-void ExpectSame(const google::protobuf::Message& a, const google::protobuf::Message& b) {
-  std::string report;
-  MessageDifferencer differencer;
-  differencer.ReportDifferencesToString(&report);
-  EXPECT_TRUE(differencer.Compare(a, b)) << kDurable << "\n" << report;
-}
-
 // Method: the same script for two sessions, of which one's server is stopped and started after
 // every step, also with updates staged. Answers, diffs (transfer rows, metric and fields included)
 // and meshes must be the same to the bit, which they are only if everything that decides is.
@@ -160,8 +151,8 @@ TEST(Durable, ASessionGoesOnAsIfItsServerHadNotStopped) {
     SCOPED_TRACE(testing::Message() << "step " << ++number);
     const v1::EditResponse expected = steady.Do(step(steady.mirror));
     const v1::EditResponse found = stopped.Do(step(stopped.mirror));
-    ExpectSame(expected, found);
-    ExpectSame(steady.last_diff, stopped.last_diff);
+    ExpectSame(expected, found, kDurable);
+    ExpectSame(steady.last_diff, stopped.last_diff, kDurable);
     ASSERT_TRUE(steady.mirror == stopped.mirror) << kDurable;
 
     v1::Session before = stopped.Info();
@@ -173,7 +164,7 @@ TEST(Durable, ASessionGoesOnAsIfItsServerHadNotStopped) {
       session->clear_state();
       session->clear_memory_bytes();
     }
-    ExpectSame(before, after);
+    ExpectSame(before, after, kDurable);
     if (found.has_accepted()) {
       EXPECT_EQ(stopped.opened.opened().staged_count(), found.accepted().staged_count());
     }
@@ -191,9 +182,9 @@ TEST(Durable, ARepeatedUpdateGetsItsFirstAnswer) {
   client.Restart();
   v1::EditRequest again = Advance();
   again.set_update_id(1);
-  ExpectSame(first, client.Repeat(again));
+  ExpectSame(first, client.Repeat(again), kDurable);
   again.set_update_id(3);
-  ExpectSame(rejected, client.Repeat(again));
+  ExpectSame(rejected, client.Repeat(again), kDurable);
   EXPECT_EQ(client.Info().revision(), 1) << kDurable;
   EXPECT_TRUE(refused.has_rejected());
 }
@@ -209,7 +200,7 @@ TEST(Durable, AnotherUpdateUnderAUsedNumberIsRefused) {
   client.Do(Advance(200));
   client.Restart();
   size.set_update_id(2);
-  ExpectSame(accepted, client.Repeat(size));
+  ExpectSame(accepted, client.Repeat(size), kDurable);
   v1::EditRequest other = Size("0.08");
   other.set_update_id(2);
   EXPECT_EQ(client.Repeat(other).rejected().error().reason(), "PROTOCOL_ORDER");

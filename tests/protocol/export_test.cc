@@ -2,7 +2,6 @@
 // Method: a script of updates of every kind. Before each of its advances the session is exported
 // and imported on another server; both get the same updates, and diffs (metric, fields and transfer
 // rows included) and answers must be equal. The servers are with and without a store in turn.
-#include <google/protobuf/util/message_differencer.h>
 #include <gtest/gtest.h>
 
 #include <functional>
@@ -12,6 +11,7 @@
 #include <vector>
 
 #include "tests/protocol/follow.h"
+#include "tests/protocol/same_message.h"
 #include "tests/protocol/updates.h"
 #include "tests/support/files.h"
 #include "tests/support/in_process_server.h"
@@ -58,17 +58,10 @@ class Editor {
   std::unique_ptr<EditClient> edit_;
 };
 
-void ExpectSame(const google::protobuf::Message& a, const google::protobuf::Message& b) {
-  std::string report;
-  google::protobuf::util::MessageDifferencer differencer;
-  differencer.ReportDifferencesToString(&report);
-  EXPECT_TRUE(differencer.Compare(a, b)) << report;
-}
-
 // What comes between two advances.
 using Round = std::vector<std::function<v1::EditRequest(const Mirror&)>>;
 
-std::vector<Round> Script() {
+std::vector<Round> Schedule() {
   const auto size = [](const char* text) { return [text](const Mirror&) { return Size(text); }; };
   return {{size("0.05 + 0.1*x")},
           {[](const Mirror& mirror) { return Tensors(mirror, 900); },
@@ -111,7 +104,7 @@ TEST_P(Export, ASessionFromAFileGoesOnWithTheSameBits) {
   original.Do(Advance(), update_id);
   std::uint64_t last_hash = original.mirror.Hash();
   int number = 0;
-  for (const Round& round : Script()) {
+  for (const Round& round : Schedule()) {
     SCOPED_TRACE(testing::Message() << "round " << ++number);
     const std::string id = "copy" + std::to_string(number);
     const std::string file = ExportFile(from_, "s");

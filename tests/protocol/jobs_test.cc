@@ -9,17 +9,13 @@
 #include <vector>
 
 #include "core/pliant/remesher.h"
+#include "tests/protocol/promises.h"
 #include "tests/support/job_client.h"
 #include "tests/support/mirror.h"
 #include "tests/support/temporary_folder.h"
 
 namespace pliant::test {
 namespace {
-
-constexpr const char* kDeterministic =
-    "The same input and seed give me the same mesh to the last bit, here and through the server.";
-constexpr const char* kIsolated =
-    "Nobody else's bad input, bug or huge mesh ends, corrupts or endlessly delays my session.";
 
 // The same square, in this process.
 MeshDiff InProcess(const std::string& size) {

@@ -23,6 +23,8 @@ inline constexpr const char* kComplete =
     "My mirror gets every revision whole, without gaps, and can prove it by counts and hash.";
 inline constexpr const char* kResumable =
     "When my connection breaks I name my last revision and go on; nothing I sent is applied twice.";
+inline constexpr const char* kDeterministic =
+    "The same input and seed give me the same mesh to the last bit, here and through the server.";
 inline constexpr const char* kIsolated =
     "Nobody else's bad input, bug or huge mesh ends, corrupts or endlessly delays my session.";
 inline constexpr const char* kBounded =

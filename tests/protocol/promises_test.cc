@@ -18,8 +18,6 @@
 namespace pliant::test {
 namespace {
 
-constexpr const char* kDeterministic =
-    "The same input and seed give me the same mesh to the last bit, here and through the server.";
 constexpr const char* kLocal =
     "What I pay for an update grows with what I changed, not with the size of my mesh.";
 constexpr const char* kStable =

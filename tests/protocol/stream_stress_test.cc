@@ -33,9 +33,9 @@ int Rounds() {
 std::string NameOf(std::uint64_t session) { return "s" + std::to_string(session); }
 
 /// One of the threads.
-class Client {
+class RandomClient {
  public:
-  Client(InProcessServer& server, std::uint64_t seed) : server_(server), rng_(seed) {}
+  RandomClient(InProcessServer& server, std::uint64_t seed) : server_(server), rng_(seed) {}
 
   void Run() {
     for (int round = 0; round < Rounds(); ++round) {
@@ -172,7 +172,7 @@ TEST(StreamStress, SixtyFourStreamsThatOpenCancelAndDie) {
   std::vector<std::thread> threads;
   for (int i = 0; i < kStreams; ++i) {
     threads.emplace_back([&server, &revisions, i] {
-      Client client(server, /*seed=*/static_cast<std::uint64_t>(i) + 1);
+      RandomClient client(server, /*seed=*/static_cast<std::uint64_t>(i) + 1);
       client.Run();
       revisions += client.revisions;
     });

@@ -6,14 +6,10 @@
 #include <vector>
 
 #include "server/config.h"
+#include "tests/support/parse_config.h"
 
 namespace pliant::server {
 namespace {
-
-Result<std::variant<Config, ExitRequest>> Parse(std::vector<const char*> arguments) {
-  arguments.insert(arguments.begin(), "pliantd");
-  return ParseConfig(static_cast<int>(arguments.size()), arguments.data());
-}
 
 void ExpectAll(const JobConfig& jobs) {
   EXPECT_EQ(jobs.jobs_max, 11U);

@@ -9,15 +9,12 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/parse_config.h"
+
 namespace pliant::server {
 namespace {
 
 using testing::HasSubstr;
-
-Result<std::variant<Config, ExitRequest>> Parse(std::vector<const char*> arguments) {
-  arguments.insert(arguments.begin(), "pliantd");
-  return ParseConfig(static_cast<int>(arguments.size()), arguments.data());
-}
 
 Config Parsed(std::vector<const char*> arguments) {
   return std::get<Config>(*Parse(std::move(arguments)));

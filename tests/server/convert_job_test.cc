@@ -15,7 +15,7 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr RequestLimits kLimits = {.vertices_max = 1000};
+constexpr RequestLimits kJobLimits = {.vertices_max = 1000};
 constexpr JobKeep kKeep = {.usual = milliseconds(500), .max = milliseconds(900)};
 
 v1::SubmitJob GoodSubmit() {
@@ -29,25 +29,25 @@ v1::SubmitJob GoodSubmit() {
 }
 
 TEST(ConvertJob, ReadsWhatASubmissionWrote) {
-  const JobSubmission submission = ConvertSubmit(GoodSubmit(), kLimits, kKeep).value();
+  const JobSubmission submission = ConvertSubmit(GoodSubmit(), kJobLimits, kKeep).value();
   EXPECT_EQ(submission.draft.key.job_id, "mine");
   EXPECT_EQ(submission.draft.priority, -3);
   EXPECT_EQ(submission.draft.keep, milliseconds(900));
   EXPECT_EQ(submission.draft.input_size, submission.input.size());
-  const JobInput input = WireJobCodec(kLimits).read_input(submission.input).value();
+  const JobInput input = WireJobCodec(kJobLimits).read_input(submission.input).value();
   EXPECT_EQ(input.advance.visits_max, 77);
   EXPECT_EQ(std::get<Domain>(input.engine.start).points.size(), 4U);
   EXPECT_EQ(std::get<SizeMetric>(input.engine.metric.source).size, "0.2");
   Bytes cut = submission.input;
   cut.resize(cut.size() / 2);
-  EXPECT_EQ(WireJobCodec(kLimits).read_input(cut).error().code, ErrorCode::kDataCorrupt);
+  EXPECT_EQ(WireJobCodec(kJobLimits).read_input(cut).error().code, ErrorCode::kDataCorrupt);
 }
 
 TEST(ConvertJob, KeepsAResultAsLongAsAskedForOrUsual) {
   const auto keep_of = [](std::int64_t keep_ms) {
     v1::SubmitJob submit = GoodSubmit();
     submit.set_keep_ms(keep_ms);
-    return ConvertSubmit(submit, kLimits, kKeep);
+    return ConvertSubmit(submit, kJobLimits, kKeep);
   };
   EXPECT_EQ(keep_of(0)->draft.keep, milliseconds(500));
   EXPECT_EQ(keep_of(1)->draft.keep, milliseconds(1));
@@ -75,7 +75,7 @@ TEST(ConvertJob, NamesWhatIsWrongWithASubmission) {
   for (const auto& [field, spoil] : spoilers) {
     v1::SubmitJob bad = GoodSubmit();
     spoil(bad);
-    const Result<JobSubmission> submission = ConvertSubmit(bad, kLimits, kKeep);
+    const Result<JobSubmission> submission = ConvertSubmit(bad, kJobLimits, kKeep);
     ASSERT_FALSE(submission.ok()) << field;
     EXPECT_EQ(submission.error().field, field);
   }
@@ -111,7 +111,7 @@ TEST(ConvertJob, ShowsAJobInEachState) {
   info.state = JobState::kDone;
   info.progress.reset();
   info.end_time = Clock::WallTime(std::chrono::seconds(20));
-  info.outcome = std::make_shared<const Bytes>(WireJobCodec(kLimits).write_result(result));
+  info.outcome = std::make_shared<const Bytes>(WireJobCodec(kJobLimits).write_result(result));
   job = ToJob(info);
   EXPECT_EQ(job.state(), v1::JOB_STATE_DONE);
   EXPECT_EQ(job.result().revision(), 1);
@@ -126,8 +126,9 @@ TEST(ConvertJob, ShowsAJobInEachState) {
   EXPECT_EQ(job.expire_time().nanos(), 500'000'000);
 
   info.state = JobState::kFailed;
-  info.outcome = std::make_shared<const Bytes>(WireJobCodec(kLimits).write_error(
-      {ErrorCode::kCrossingSegments, "cross", "domain.segments", 1, 3}));
+  info.outcome = std::make_shared<const Bytes>(
+      WireJobCodec(kJobLimits)
+          .write_error({ErrorCode::kCrossingSegments, "cross", "domain.segments", 1, 3}));
   job = ToJob(info);
   EXPECT_EQ(job.state(), v1::JOB_STATE_FAILED);
   EXPECT_EQ(job.error().reason(), "CROSSING_SEGMENTS");

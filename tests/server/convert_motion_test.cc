@@ -81,40 +81,41 @@ TEST(ConvertMotion, ReadsPositionsOfSomeAndOfAll) {
   EXPECT_EQ(update->request.on_impossible, ImpossibleMotion::kStop);
 }
 
-struct Refusal {
+struct Complaint {
   ErrorCode code;
   std::string field;
-  bool operator==(const Refusal&) const = default;
+  bool operator==(const Complaint&) const = default;
 };
 
 template <class Update>
-Refusal RefusalOf(const Result<Update>& update) {
-  return update.ok() ? Refusal{ErrorCode::kUnavailable, "none"}
-                     : Refusal{update.error().code, update.error().field};
+Complaint RefusalOf(const Result<Update>& update) {
+  return update.ok() ? Complaint{ErrorCode::kUnavailable, "none"}
+                     : Complaint{update.error().code, update.error().field};
 }
 
 TEST(ConvertMotion, RefusesWhatItCannotRead) {
   v1::BoundaryUpdate wire;
-  EXPECT_EQ(RefusalOf(ConvertBoundaryUpdate(wire)), (Refusal{ErrorCode::kEmpty, "boundary"}));
+  EXPECT_EQ(RefusalOf(ConvertBoundaryUpdate(wire)), (Complaint{ErrorCode::kEmpty, "boundary"}));
   wire.add_tags();
-  EXPECT_EQ(RefusalOf(ConvertBoundaryUpdate(wire)), (Refusal{ErrorCode::kEmpty, "boundary.tags"}));
+  EXPECT_EQ(RefusalOf(ConvertBoundaryUpdate(wire)),
+            (Complaint{ErrorCode::kEmpty, "boundary.tags"}));
   wire.mutable_tags(0)->mutable_path()->add_x(1);
   EXPECT_EQ(RefusalOf(ConvertBoundaryUpdate(wire)),
-            (Refusal{ErrorCode::kArrayLength, "boundary.tags"}));
+            (Complaint{ErrorCode::kArrayLength, "boundary.tags"}));
   wire.mutable_tags(0)->mutable_translation();
   wire.set_on_impossible(v1::IMPOSSIBLE_MOTION_UNSPECIFIED);
   EXPECT_EQ(RefusalOf(ConvertBoundaryUpdate(wire)),
-            (Refusal{ErrorCode::kOutOfRange, "boundary.on_impossible"}));
+            (Complaint{ErrorCode::kOutOfRange, "boundary.on_impossible"}));
   wire.clear_on_impossible();
   *wire.mutable_vertices()->mutable_positions() = Doubles({1, 2, 3}, 3);
   EXPECT_EQ(RefusalOf(ConvertBoundaryUpdate(wire)),
-            (Refusal{ErrorCode::kArrayLength, "boundary.vertices.positions"}));
+            (Complaint{ErrorCode::kArrayLength, "boundary.vertices.positions"}));
   *wire.mutable_vertices()->mutable_positions() = Doubles({1, 2, 3, 4}, 2);
   *wire.mutable_vertices()->mutable_vertex_ids() = Ints({1});
   EXPECT_EQ(RefusalOf(ConvertBoundaryUpdate(wire)),
-            (Refusal{ErrorCode::kArrayLength, "boundary.vertices.positions"}));
+            (Complaint{ErrorCode::kArrayLength, "boundary.vertices.positions"}));
   v1::NodeUpdate nodes;
-  EXPECT_EQ(RefusalOf(ConvertNodeUpdate(nodes)), (Refusal{ErrorCode::kEmpty, "nodes.vertices"}));
+  EXPECT_EQ(RefusalOf(ConvertNodeUpdate(nodes)), (Complaint{ErrorCode::kEmpty, "nodes.vertices"}));
 }
 
 TEST(ConvertMotion, TakesAsManyMotionsByTagAsTheLimitSays) {
@@ -123,7 +124,7 @@ TEST(ConvertMotion, TakesAsManyMotionsByTagAsTheLimitSays) {
   EXPECT_TRUE(ConvertBoundaryUpdate(wire).ok());
   wire.add_tags()->mutable_translation();
   EXPECT_EQ(RefusalOf(ConvertBoundaryUpdate(wire)),
-            (Refusal{ErrorCode::kTooLarge, "boundary.tags"}));
+            (Complaint{ErrorCode::kTooLarge, "boundary.tags"}));
 }
 
 }  // namespace

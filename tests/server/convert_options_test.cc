@@ -10,7 +10,7 @@ namespace {
 
 using testing::ElementsAre;
 
-constexpr RequestLimits kLimits{.vertices_max = 1000};
+constexpr RequestLimits kOptionLimits{.vertices_max = 1000};
 
 // Every option that the wire has, each with a value of its own.
 v1::SessionOptions Everything() {
@@ -31,7 +31,7 @@ v1::SessionOptions Everything() {
 }
 
 TEST(ConvertOptions, AnUpdateChangesWhatItSetsAndNothingElse) {
-  const Result<OptionsUpdate> all = ConvertOptionsUpdate(Everything(), kLimits);
+  const Result<OptionsUpdate> all = ConvertOptionsUpdate(Everything(), kOptionLimits);
   ASSERT_TRUE(all.ok());
   const Options expected{.variant = Variant::kCooled,
                          .smoothing = Smoothing::kLaplacian,
@@ -50,15 +50,15 @@ TEST(ConvertOptions, AnUpdateChangesWhatItSetsAndNothingElse) {
   one.set_hops_max(7);
   Options after = expected;
   after.hops_max = 7;
-  EXPECT_EQ(ConvertOptionsUpdate(one, kLimits)->AppliedTo(expected), after);
-  EXPECT_EQ(ConvertOptionsUpdate({}, kLimits)->AppliedTo(expected), expected);
+  EXPECT_EQ(ConvertOptionsUpdate(one, kOptionLimits)->AppliedTo(expected), after);
+  EXPECT_EQ(ConvertOptionsUpdate({}, kOptionLimits)->AppliedTo(expected), expected);
 }
 
 TEST(ConvertOptions, ASessionBeginsWithRestrictions) {
   v1::SessionOptions wire;
   wire.add_restrictions(v1::RESTRICTION_NO_SURFACE);
   wire.add_restrictions(v1::RESTRICTION_NO_MOVE);
-  const Result<Options> options = ConvertOptions(wire, kLimits);
+  const Result<Options> options = ConvertOptions(wire, kOptionLimits);
   ASSERT_TRUE(options.ok());
   EXPECT_EQ(options->permissions, (Permissions{.move = false, .surface = false}));
   EXPECT_EQ(options->vertices_max, 1000);
@@ -67,13 +67,13 @@ TEST(ConvertOptions, ASessionBeginsWithRestrictions) {
 TEST(ConvertOptions, AnUpdateKeepsToTheServersLimitAndLeavesRestrictionsToConstraints) {
   v1::SessionOptions wire;
   wire.set_vertices_max(1001);
-  EXPECT_EQ(ConvertOptionsUpdate(wire, kLimits).error().field, "options.vertices_max");
+  EXPECT_EQ(ConvertOptionsUpdate(wire, kOptionLimits).error().field, "options.vertices_max");
   wire.Clear();
   wire.add_restrictions(v1::RESTRICTION_NO_SWAP);
-  EXPECT_EQ(ConvertOptionsUpdate(wire, kLimits).error().field, "options.restrictions");
+  EXPECT_EQ(ConvertOptionsUpdate(wire, kOptionLimits).error().field, "options.restrictions");
   wire.Clear();
   wire.set_durability(v1::DURABILITY_NONE);
-  EXPECT_EQ(ConvertOptionsUpdate(wire, kLimits).error().field, "options.durability");
+  EXPECT_EQ(ConvertOptionsUpdate(wire, kOptionLimits).error().field, "options.durability");
 }
 
 TEST(ConvertConstraints, ReadsEveryKind) {

@@ -27,7 +27,7 @@ using test::FirstSeed;
 using test::IsUpdate;
 using test::Mutated;
 
-constexpr RequestLimits kLimits{.vertices_max = 10'000};
+constexpr RequestLimits kDecoderLimits{.vertices_max = 10'000};
 
 /// Protobuf writes a line for every text that is no UTF-8.
 class RequestDecoder : public ::testing::Test {
@@ -54,7 +54,7 @@ TEST_F(RequestDecoder, EveryEditRequestIsACommandOrARefusal) {
       ++refused;
       continue;
     }
-    const UpdateCommand command = ConvertUpdate(request, kLimits);
+    const UpdateCommand command = ConvertUpdate(request, kDecoderLimits);
     EXPECT_EQ(command.update_id, request.update_id());
     if (const auto* bad = std::get_if<BadUpdate>(&command.body)) {
       EXPECT_FALSE(bad->error.message.empty());
@@ -81,10 +81,10 @@ TEST_F(RequestDecoder, EveryCreateIsAnInputOrARefusal) {
     if (!create.ParseFromString(Mutated(corpus[rng.Below(2)], corpus[rng.Below(2)], rng))) continue;
     BlobAssembler blobs;
     if (!blobs.Resolve(create).ok()) continue;
-    const Result<SessionInput> input = ConvertCreate(create, kLimits);
+    const Result<SessionInput> input = ConvertCreate(create, kDecoderLimits);
     if (input.ok()) {
       ++taken;
-      EXPECT_LE(input->engine.options.vertices_max, kLimits.vertices_max);
+      EXPECT_LE(input->engine.options.vertices_max, kDecoderLimits.vertices_max);
     } else {
       ++refused;
       EXPECT_FALSE(input.error().message.empty());

@@ -13,7 +13,6 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr auto kMetric = &SessionHarness::MetricAtTime;
 constexpr auto kAdvance = &SessionHarness::AdvanceOf;
 
 // Goal: a call that takes long goes on slice by slice; the state that it looks at does not change

@@ -11,8 +11,6 @@ namespace {
 using testing::ElementsAre;
 using testing::HasSubstr;
 
-UpdateCommand Advance(std::int64_t update_id) { return SessionHarness::AdvanceOf(update_id); }
-
 TEST(SessionRecovery, GoesBackToTheLastCommitAndGoesOn) {
   SessionHarness harness;
   const auto editor = harness.Edit({OpenCommand{}, Advance(1)});

@@ -11,17 +11,6 @@ namespace {
 
 using testing::ElementsAre;
 
-constexpr auto kMetric = &SessionHarness::MetricAtTime;
-
-UpdateCommand Advance(std::int64_t update_id, AdvanceSpec spec = {}) {
-  return SessionHarness::AdvanceOf(update_id, spec);
-}
-
-template <class Body>
-const Body& BodyOf(const FakeEditor& editor, std::size_t index) {
-  return std::get<Body>(editor.events.at(index).body);
-}
-
 // Goal: promise Resumable. What is sent twice is applied once and answered twice.
 TEST(SessionRepeat, AnswersARepeatedUpdateWithoutApplyingIt) {
   SessionHarness harness;

@@ -17,17 +17,6 @@ namespace {
 using testing::ElementsAre;
 using testing::IsEmpty;
 
-constexpr auto kMetric = &SessionHarness::MetricAtTime;
-
-UpdateCommand Advance(std::int64_t update_id, AdvanceSpec spec = {}) {
-  return SessionHarness::AdvanceOf(update_id, spec);
-}
-
-template <class Body>
-const Body& BodyOf(const FakeEditor& editor, std::size_t index) {
-  return std::get<Body>(editor.events.at(index).body);
-}
-
 TEST(Session, CommitsItsFirstRevisionAtTheFirstAdvance) {
   SessionHarness harness;
   ASSERT_TRUE(harness.start_status->ok());

@@ -8,13 +8,13 @@
 namespace pliant::server {
 namespace {
 
-const StoreKey kKey{DocumentKind::kSession, "t", "s"};
+const StoreKey kJournalKey{DocumentKind::kSession, "t", "s"};
 
 class StoreJournalTest : public testing::Test {
  protected:
   std::shared_ptr<StoreJournal> Make() {
     return std::make_shared<StoreJournal>(
-        store_, kKey, [this](const std::shared_ptr<StoreJournal>&) { ++grown_count_; });
+        store_, kJournalKey, [this](const std::shared_ptr<StoreJournal>&) { ++grown_count_; });
   }
   Status Append(StoreJournal& journal, std::vector<Bytes> records) {
     Status result;
@@ -58,7 +58,7 @@ TEST_F(StoreJournalTest, OutgrowsItsSnapshotOnceAndIsCompacted) {
         return std::optional(StoreJournal::Compacted{Record(7), 2});
       });
   EXPECT_TRUE(compacted.ok());
-  const Result<StoredDocument> document = store_.Load(kKey);
+  const Result<StoredDocument> document = store_.Load(kJournalKey);
   EXPECT_EQ(document->snapshot, Record(7));
   EXPECT_EQ(document->records.size(), 1u);
   EXPECT_TRUE(Append(*journal, {Record(4)}).ok()) << "numbers go on";
@@ -73,7 +73,7 @@ TEST_F(StoreJournalTest, AJournalThatCannotBeCompactedStays) {
     return Error{ErrorCode::kUnimplemented, "no", {}};
   };
   EXPECT_FALSE(journal->Compact(fail).ok());
-  EXPECT_EQ(store_.Load(kKey)->records.size(), 1u);
+  EXPECT_EQ(store_.Load(kJournalKey)->records.size(), 1u);
   EXPECT_TRUE(Append(*journal, {Record(2, kJournalBytesMin - 1)}).ok());
   EXPECT_EQ(grown_count_, 1);
   EXPECT_TRUE(Append(*journal, {Record(3, 1)}).ok());
@@ -85,7 +85,7 @@ TEST_F(StoreJournalTest, DeletesAlsoWhatItNeverLoaded) {
   Status result = Error{ErrorCode::kInternal, "not called", {}};
   Make()->Delete([&](const Status& status) { result = status; });
   EXPECT_TRUE(result.ok());
-  EXPECT_EQ(store_.Load(kKey).error().code, ErrorCode::kSessionNotFound);
+  EXPECT_EQ(store_.Load(kJournalKey).error().code, ErrorCode::kSessionNotFound);
   Make()->Delete([&](const Status& status) { result = status; });
   EXPECT_EQ(result.error().code, ErrorCode::kSessionNotFound);
 }

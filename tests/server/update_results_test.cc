@@ -9,9 +9,9 @@
 namespace pliant::server {
 namespace {
 
-constexpr Fingerprint kMetric{UpdateKind::kMetric, 7};
+constexpr Fingerprint kNewMetric{UpdateKind::kMetric, 7};
 
-UpdateAnswer Accepted(std::int64_t update_id, const Fingerprint& update = kMetric) {
+UpdateAnswer Accepted(std::int64_t update_id, const Fingerprint& update = kNewMetric) {
   return {.event = {.update_id = update_id, .body = AcceptedEvent{}}, .update = update};
 }
 
@@ -20,11 +20,11 @@ TEST(UpdateResults, RemembersUpToItsBoundAndForgetsTheOldestBeyond) {
   EXPECT_EQ(results.last_update_id(), 0);
   results.Add(Accepted(3));
   results.Add(Accepted(7));
-  EXPECT_EQ(results.Repeat(3, kMetric)->update_id, 3);
+  EXPECT_EQ(results.Repeat(3, kNewMetric)->update_id, 3);
   results.Add(Accepted(8));
-  EXPECT_FALSE(results.Repeat(3, kMetric).ok()) << "one past the bound";
-  EXPECT_EQ(results.Repeat(7, kMetric)->update_id, 7);
-  EXPECT_EQ(results.Repeat(8, kMetric)->update_id, 8);
+  EXPECT_FALSE(results.Repeat(3, kNewMetric).ok()) << "one past the bound";
+  EXPECT_EQ(results.Repeat(7, kNewMetric)->update_id, 7);
+  EXPECT_EQ(results.Repeat(8, kNewMetric)->update_id, 8);
   EXPECT_EQ(results.last_update_id(), 8);
 }
 
@@ -34,20 +34,21 @@ TEST(UpdateResults, GivesBackWhatWasAdded) {
   const Error error{ErrorCode::kNotFinite, "no", "metric.tensors", 17};
   const Fingerprint advance{UpdateKind::kAdvance, 8};
   results.Add({{.update_id = 2, .revision = Revision(5), .body = AcceptedEvent{.staged_count = 3}},
-               kMetric});
-  results.Add({{.update_id = 4, .revision = Revision(5), .body = RejectedEvent{error}}, kMetric});
+               kNewMetric});
+  results.Add(
+      {{.update_id = 4, .revision = Revision(5), .body = RejectedEvent{error}}, kNewMetric});
   results.Add({{.update_id = 9,
                 .revision = Revision(6),
                 .body = AdvancedEvent{.base_revision = Revision(5), .motion_fraction = 0.5}},
                advance});
   ASSERT_EQ(results.count(), 3U);
-  const SessionEvent accepted = *results.Repeat(2, kMetric);
+  const SessionEvent accepted = *results.Repeat(2, kNewMetric);
   EXPECT_EQ(accepted.revision, Revision(5));
   EXPECT_EQ(std::get<AcceptedEvent>(accepted.body).staged_count, 3);
-  EXPECT_EQ(std::get<RejectedEvent>(results.Repeat(4, kMetric)->body).error.index, 17);
+  EXPECT_EQ(std::get<RejectedEvent>(results.Repeat(4, kNewMetric)->body).error.index, 17);
   EXPECT_EQ(std::get<AdvancedEvent>(results.Repeat(9, advance)->body).motion_fraction, 0.5);
   EXPECT_EQ(results.At(0).event.update_id, 2);
-  EXPECT_EQ(results.At(0).update, kMetric);
+  EXPECT_EQ(results.At(0).update, kNewMetric);
   EXPECT_EQ(results.At(2).update, advance);
   EXPECT_EQ(results.At(2).event.revision, Revision(6));
 }
@@ -70,8 +71,8 @@ TEST(UpdateResults, KnowsNothingOfIdsThatNeverWere) {
   UpdateResults results(4);
   results.Add(Accepted(3));
   results.Add(Accepted(7));
-  EXPECT_EQ(results.Repeat(5, kMetric).error().code, ErrorCode::kProtocolOrder);
-  EXPECT_EQ(results.Repeat(-1, kMetric).error().field, "update_id");
+  EXPECT_EQ(results.Repeat(5, kNewMetric).error().code, ErrorCode::kProtocolOrder);
+  EXPECT_EQ(results.Repeat(-1, kNewMetric).error().field, "update_id");
 }
 
 // Goal: two callers that use one number do not get each other's answers.
@@ -100,13 +101,13 @@ TEST(UpdateResults, AnswersWhatCouldHaveBeenAnsweredSo) {
   results.Add(Accepted(1, {}));
   results.Add({{.update_id = 2, .body = AdvancedEvent{}}, {}});
   results.Add({{.update_id = 3, .body = RejectedEvent{}}, {}});
-  EXPECT_TRUE(results.Repeat(1, kMetric).ok());
+  EXPECT_TRUE(results.Repeat(1, kNewMetric).ok());
   EXPECT_FALSE(results.Repeat(1, advance).ok());
   EXPECT_FALSE(results.Repeat(1, rollback).ok());
-  EXPECT_FALSE(results.Repeat(2, kMetric).ok());
+  EXPECT_FALSE(results.Repeat(2, kNewMetric).ok());
   EXPECT_TRUE(results.Repeat(2, advance).ok());
   EXPECT_TRUE(results.Repeat(2, rollback).ok());
-  EXPECT_TRUE(results.Repeat(3, kMetric).ok());
+  EXPECT_TRUE(results.Repeat(3, kNewMetric).ok());
   EXPECT_TRUE(results.Repeat(3, advance).ok());
 }
 

@@ -60,4 +60,16 @@ struct SessionHarness {
   std::shared_ptr<Session> session;
 };
 
+inline constexpr auto kMetric = &SessionHarness::MetricAtTime;
+
+inline UpdateCommand Advance(std::int64_t update_id, AdvanceSpec spec = {}) {
+  return SessionHarness::AdvanceOf(update_id, spec);
+}
+
+/// What the editor was told at this place, which must be a `Body`.
+template <class Body>
+const Body& BodyOf(const FakeEditor& editor, std::size_t index) {
+  return std::get<Body>(editor.events.at(index).body);
+}
+
 }  // namespace pliant::server

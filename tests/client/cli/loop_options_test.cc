@@ -5,7 +5,7 @@
 namespace pliant::cli {
 namespace {
 
-LoopOptions Parsed(const std::string& text) {
+LoopOptions ParsedLoop(const std::string& text) {
   CLI::App app;
   LoopOptions options;
   AddLoopOptions(app, options);
@@ -14,14 +14,14 @@ LoopOptions Parsed(const std::string& text) {
 }
 
 TEST(LoopOptions, NothingGivenMeansTheDefaults) {
-  const LoopOptions loop = Parsed("");
+  const LoopOptions loop = ParsedLoop("");
   EXPECT_EQ(loop.options, Options());
   EXPECT_FALSE(loop.advance().visits_max.has_value());
   EXPECT_FALSE(loop.advance().time_max.has_value());
 }
 
 TEST(LoopOptions, EachOptionReachesItsField) {
-  const LoopOptions loop = Parsed(
+  const LoopOptions loop = ParsedLoop(
       "--variant paper --smoothing lennard-jones --seed 18446744073709551615 "
       "--no-insert --no-swap --no-move --vertices-max 77 --step 0.25 --speed-threshold 0.125 "
       "--visits-max 9 --seconds-max 0.0001");
@@ -39,9 +39,9 @@ TEST(LoopOptions, EachOptionReachesItsField) {
 }
 
 TEST(LoopOptions, UnknownNamesAreRefused) {
-  EXPECT_THROW(Parsed("--variant paperish"), CLI::ParseError);
-  EXPECT_THROW(Parsed("--smoothing 1.5"), CLI::ParseError);
-  EXPECT_THROW(Parsed("--visits-max -1"), CLI::ParseError);
+  EXPECT_THROW(ParsedLoop("--variant paperish"), CLI::ParseError);
+  EXPECT_THROW(ParsedLoop("--smoothing 1.5"), CLI::ParseError);
+  EXPECT_THROW(ParsedLoop("--visits-max -1"), CLI::ParseError);
 }
 
 }  // namespace

@@ -19,7 +19,7 @@ MetricOptions Parsed(const std::string& text, MetricNeed need = MetricNeed::kReq
   return options;
 }
 
-MeshData OneTriangle() {
+MeshData TwoByOne() {
   MeshData mesh;
   mesh.points = {{0, 0}, {2, 0}, {0, 1}};
   mesh.triangles = {{0, 1, 2}};
@@ -81,18 +81,18 @@ TEST(MetricOptions, TensorsBelongToTheInputOrToTheBackground) {
   const TestFolder folder;
   const std::vector<Metric> tensors = {{1, 0, 1}, {2, 0.5, 3}, {4, -1, 5}};
   ASSERT_TRUE(io::WriteField(folder.Path("m.sol"), io::FieldFromMetrics(tensors)).ok());
-  ASSERT_TRUE(io::WriteMesh(folder.Path("m.mesh"), OneTriangle()).ok());
+  ASSERT_TRUE(io::WriteMesh(folder.Path("m.mesh"), TwoByOne()).ok());
 
   MetricOptions options;
   options.metric_file = folder.Path("m.sol");
-  const Result<MetricSpec> own = MakeMetricSpec(options, OneTriangle(), "in.mesh");
+  const Result<MetricSpec> own = MakeMetricSpec(options, TwoByOne(), "in.mesh");
   ASSERT_TRUE(own.ok()) << own.error().message;
   EXPECT_EQ(std::get<BackgroundMetric>(own->source).tensors, tensors);
 
   options.background_file = folder.Path("m.mesh");
   const Result<MetricSpec> other = MakeMetricSpec(options, UnitSquare(), "in.poly");
   ASSERT_TRUE(other.ok()) << other.error().message;
-  EXPECT_EQ(std::get<BackgroundMetric>(other->source).mesh.points, OneTriangle().points);
+  EXPECT_EQ(std::get<BackgroundMetric>(other->source).mesh.points, TwoByOne().points);
 }
 
 TEST(MetricOptions, TensorsWithoutAMeshOrOfAnotherNumberAreRefused) {
@@ -106,7 +106,7 @@ TEST(MetricOptions, TensorsWithoutAMeshOrOfAnotherNumberAreRefused) {
   EXPECT_EQ(domain.error().code, ErrorCode::kFileUnsupported);
   EXPECT_THAT(domain.error().message, HasSubstr("--background"));
 
-  const Result<MetricSpec> count = MakeMetricSpec(options, OneTriangle(), "in.mesh");
+  const Result<MetricSpec> count = MakeMetricSpec(options, TwoByOne(), "in.mesh");
   ASSERT_FALSE(count.ok());
   EXPECT_EQ(count.error().code, ErrorCode::kArrayLength);
   EXPECT_THAT(count.error().message, HasSubstr("4 values"));
@@ -116,12 +116,12 @@ TEST(MetricOptions, TensorsWithoutAMeshOrOfAnotherNumberAreRefused) {
 TEST(MetricOptions, MetricsAtPointsFollowTheFormula) {
   MetricSpec spec;
   spec.source = SizeMetric{"1+x"};
-  const auto metrics = MetricsAtPoints(spec, OneTriangle());
+  const auto metrics = MetricsAtPoints(spec, TwoByOne());
   ASSERT_TRUE(metrics.ok());
   EXPECT_EQ((*metrics)[0], Metric::Isotropic(1));
   EXPECT_NEAR((*metrics)[1].m11, 1.0 / 9, 1e-15);
   spec.source = SizeMetric{"1-x"};
-  EXPECT_FALSE(MetricsAtPoints(spec, OneTriangle()).ok()) << "negative at x = 2";
+  EXPECT_FALSE(MetricsAtPoints(spec, TwoByOne()).ok()) << "negative at x = 2";
 }
 
 }  // namespace

@@ -80,7 +80,7 @@ $Periodic
 $EndPeriodic
 )";
 
-Error ErrorOf(const std::string& bytes) {
+Error ErrorInMsh(const std::string& bytes) {
   const Result<GmshGeometry> result = ParseGmsh(bytes);
   return result.ok() ? Error{.message = "no error"} : result.error();
 }
@@ -108,25 +108,25 @@ TEST(Gmsh, DropsUnusedNodesAndKeepsNumbersAndPhysicalTags) {
 }
 
 TEST(Gmsh, NamesTheError) {
-  EXPECT_EQ(ErrorOf("").code, ErrorCode::kFileSyntax);
-  EXPECT_EQ(ErrorOf("$NOD\n3\n").code, ErrorCode::kFileSyntax);
-  const Error version = ErrorOf(Replaced(kSmall22, "2.2 0", "4 0"));
+  EXPECT_EQ(ErrorInMsh("").code, ErrorCode::kFileSyntax);
+  EXPECT_EQ(ErrorInMsh("$NOD\n3\n").code, ErrorCode::kFileSyntax);
+  const Error version = ErrorInMsh(Replaced(kSmall22, "2.2 0", "4 0"));
   EXPECT_EQ(version.code, ErrorCode::kFileUnsupported);
   EXPECT_THAT(version.message, HasSubstr("-format msh41"));
-  EXPECT_EQ(ErrorOf(Replaced(kSmall22, "0 1 2\n", "0 1 3\n")).code, ErrorCode::kFileUnsupported);
-  EXPECT_EQ(ErrorOf(Replaced(kSmall22, "\n9 9", "\n7 9")).code, ErrorCode::kDuplicateId);
-  const Error index = ErrorOf(Replaced(kSmall22, "7 100 30", "7 100 31"));
+  EXPECT_EQ(ErrorInMsh(Replaced(kSmall22, "0 1 2\n", "0 1 3\n")).code, ErrorCode::kFileUnsupported);
+  EXPECT_EQ(ErrorInMsh(Replaced(kSmall22, "\n9 9", "\n7 9")).code, ErrorCode::kDuplicateId);
+  const Error index = ErrorInMsh(Replaced(kSmall22, "7 100 30", "7 100 31"));
   EXPECT_EQ(index.code, ErrorCode::kIndexOutOfRange);
   EXPECT_EQ(index.index, 1);
-  EXPECT_EQ(ErrorOf(Replaced(kSmall22, "4 2 2 9 1", "4 3 2 9 1")).code,
+  EXPECT_EQ(ErrorInMsh(Replaced(kSmall22, "4 2 2 9 1", "4 3 2 9 1")).code,
             ErrorCode::kFileUnsupported);
-  const Error number = ErrorOf(Replaced(kSmall41, "1 1 2 0.25", "1 one 2 0.25"));
+  const Error number = ErrorInMsh(Replaced(kSmall41, "1 1 2 0.25", "1 one 2 0.25"));
   EXPECT_EQ(number.code, ErrorCode::kFileSyntax);
   EXPECT_EQ(number.index, 24);
-  EXPECT_EQ(ErrorOf(Replaced(kSmall41, "2 1 1 2\n", "2 1 1 999999999\n")).code,
+  EXPECT_EQ(ErrorInMsh(Replaced(kSmall41, "2 1 1 2\n", "2 1 1 999999999\n")).code,
             ErrorCode::kFileSyntax);
-  EXPECT_EQ(ErrorOf("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n").code, ErrorCode::kEmpty);
-  EXPECT_EQ(ErrorOf(Replaced(kSmall41, "$Periodic\n", "$PartitionedEntities\n")).code,
+  EXPECT_EQ(ErrorInMsh("$MeshFormat\n2.2 0 8\n$EndMeshFormat\n").code, ErrorCode::kEmpty);
+  EXPECT_EQ(ErrorInMsh(Replaced(kSmall41, "$Periodic\n", "$PartitionedEntities\n")).code,
             ErrorCode::kFileUnsupported);
 }
 

@@ -38,7 +38,7 @@ RequiredVertices 1 2
 End
 )";
 
-Error ErrorOf(const std::string& bytes) {
+Error ErrorInMedit(const std::string& bytes) {
   const Result<Geometry> result = ParseMedit(bytes);
   return result.ok() ? Error{.message = "no error"} : result.error();
 }
@@ -64,29 +64,30 @@ TEST(Medit, ReadsAPlaneInSpaceAndRefusesASurface) {
   const Result<Geometry> plane = ParseMedit(head + "5" + tail);
   ASSERT_TRUE(plane.ok()) << plane.error().message;
   EXPECT_EQ(std::get<MeshData>(*plane).triangle_tags, std::vector<std::int32_t>{9});
-  EXPECT_EQ(ErrorOf(head + "6" + tail).code, ErrorCode::kFileUnsupported);
+  EXPECT_EQ(ErrorInMedit(head + "6" + tail).code, ErrorCode::kFileUnsupported);
 }
 
 TEST(Medit, NamesTheErrorAndItsLine) {
   const std::string start = "MeshVersionFormatted 2\nDimension 2\nVertices\n3\n0 0 0\n1 0 0\n";
-  EXPECT_EQ(ErrorOf("solid x").code, ErrorCode::kFileSyntax);
-  EXPECT_EQ(ErrorOf("MeshVersionFormatted 2 Dimension 2 End").code, ErrorCode::kEmpty);
-  EXPECT_EQ(ErrorOf("MeshVersionFormatted 2 Dimension 4").code, ErrorCode::kFileSyntax);
-  const Error bad_number = ErrorOf(start + "0 one 0\n");
+  EXPECT_EQ(ErrorInMedit("solid x").code, ErrorCode::kFileSyntax);
+  EXPECT_EQ(ErrorInMedit("MeshVersionFormatted 2 Dimension 2 End").code, ErrorCode::kEmpty);
+  EXPECT_EQ(ErrorInMedit("MeshVersionFormatted 2 Dimension 4").code, ErrorCode::kFileSyntax);
+  const Error bad_number = ErrorInMedit(start + "0 one 0\n");
   EXPECT_EQ(bad_number.code, ErrorCode::kFileSyntax);
   EXPECT_EQ(bad_number.index, 7);
   EXPECT_THAT(bad_number.message, HasSubstr("line 7: expected a number, found 'one'"));
-  EXPECT_EQ(ErrorOf(start + "0 nan 0\n").code, ErrorCode::kNotFinite);
-  const Error bad_index = ErrorOf(start + "0 1 0\nTriangles 1\n1 2 4 0\n");
+  EXPECT_EQ(ErrorInMedit(start + "0 nan 0\n").code, ErrorCode::kNotFinite);
+  const Error bad_index = ErrorInMedit(start + "0 1 0\nTriangles 1\n1 2 4 0\n");
   EXPECT_EQ(bad_index.code, ErrorCode::kIndexOutOfRange);
   EXPECT_EQ(bad_index.index, 0);
-  EXPECT_EQ(ErrorOf(start + "0 1 0\nTriangles 1\n1 2 0 0\n").code, ErrorCode::kIndexOutOfRange);
-  EXPECT_EQ(ErrorOf(start + "0 1 0\nQuadrilaterals 1\n1 2 3 1 0\n").code,
+  EXPECT_EQ(ErrorInMedit(start + "0 1 0\nTriangles 1\n1 2 0 0\n").code,
+            ErrorCode::kIndexOutOfRange);
+  EXPECT_EQ(ErrorInMedit(start + "0 1 0\nQuadrilaterals 1\n1 2 3 1 0\n").code,
             ErrorCode::kFileUnsupported);
-  EXPECT_EQ(ErrorOf(start + "0 1 0\nVertices 1\n1 2 3\n").code, ErrorCode::kFileSyntax);
-  EXPECT_EQ(ErrorOf("MeshVersionFormatted 2 Dimension 2 Vertices 2000000000 0 0 0").code,
+  EXPECT_EQ(ErrorInMedit(start + "0 1 0\nVertices 1\n1 2 3\n").code, ErrorCode::kFileSyntax);
+  EXPECT_EQ(ErrorInMedit("MeshVersionFormatted 2 Dimension 2 Vertices 2000000000 0 0 0").code,
             ErrorCode::kFileSyntax);
-  EXPECT_EQ(ErrorOf("MeshVersionFormatted 2 Dimension 2 Vertices 3000000000 0 0 0").code,
+  EXPECT_EQ(ErrorInMedit("MeshVersionFormatted 2 Dimension 2 Vertices 3000000000 0 0 0").code,
             ErrorCode::kTooLarge);
 }
 

@@ -35,7 +35,7 @@ const char* const kBox = R"(# A box with eight points in two dimensions, one att
  2   2.5 2.5  -4.0
 )";
 
-Error ErrorOf(const std::string& poly) {
+Error ErrorInPoly(const std::string& poly) {
   const Result<Domain> result = ParsePoly(poly);
   return result.ok() ? Error{.message = "no error"} : result.error();
 }
@@ -107,16 +107,16 @@ TEST(Triangle, TakesOnlyMarkedEdgesFromAListOfAllEdges) {
 
 TEST(Triangle, NamesTheErrorAndItsLine) {
   const std::string points = "2 2 0 0\n1 0 0\n2 1 0\n";
-  EXPECT_EQ(ErrorOf("2 3 0 0\n1 0 0 0\n2 1 0 0\n").code, ErrorCode::kFileUnsupported);
-  const Error wrong_number = ErrorOf("2 2 0 0\n1 0 0\n3 1 0\n");
+  EXPECT_EQ(ErrorInPoly("2 3 0 0\n1 0 0 0\n2 1 0 0\n").code, ErrorCode::kFileUnsupported);
+  const Error wrong_number = ErrorInPoly("2 2 0 0\n1 0 0\n3 1 0\n");
   EXPECT_EQ(wrong_number.code, ErrorCode::kFileSyntax);
   EXPECT_EQ(wrong_number.index, 3);
-  const Error dangling = ErrorOf(points + "2 0\n1 1 2\n2 1 3\n0\n");
+  const Error dangling = ErrorInPoly(points + "2 0\n1 1 2\n2 1 3\n0\n");
   EXPECT_EQ(dangling.code, ErrorCode::kIndexOutOfRange);
   EXPECT_EQ(dangling.index, 1);
-  EXPECT_EQ(ErrorOf(points + "1 0\n1 1 2\n0\n1\n1 0 0 1.5\n").code, ErrorCode::kOutOfRange);
-  EXPECT_EQ(ErrorOf("1999999999 2\n1 0 0\n").code, ErrorCode::kFileSyntax);
-  EXPECT_EQ(ErrorOf("").code, ErrorCode::kFileSyntax);
+  EXPECT_EQ(ErrorInPoly(points + "1 0\n1 1 2\n0\n1\n1 0 0 1.5\n").code, ErrorCode::kOutOfRange);
+  EXPECT_EQ(ErrorInPoly("1999999999 2\n1 0 0\n").code, ErrorCode::kFileSyntax);
+  EXPECT_EQ(ErrorInPoly("").code, ErrorCode::kFileSyntax);
   const Result<MeshData> quadratic = ParseTriangleMesh(
       {.node = "1 2\n1 0 0\n", .ele = "1 6 0\n1 1 1 1 1 1 1\n", .edge = std::nullopt});
   EXPECT_EQ(quadratic.error().code, ErrorCode::kFileUnsupported);

@@ -7,25 +7,13 @@
 
 #include "client/cpp/client.h"
 #include "core/pliant/remesher.h"
+#include "tests/client/live/inputs.h"
 #include "tests/client/live/pliantd_process.h"
 
 namespace pliant::client {
 namespace {
 
 using std::chrono::milliseconds;
-
-Domain Square() {
-  return {.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}},
-          .segments = {{0, 1, 1}, {1, 2, 2}, {2, 3, 3}, {3, 0, 4}},
-          .holes = {},
-          .regions = {}};
-}
-
-MetricSpec Size(const std::string& formula) {
-  MetricSpec spec;
-  spec.source = SizeMetric{formula};
-  return spec;
-}
 
 // A job that runs for minutes unless it is stopped.
 const char* const kEndless = "0.0007";

@@ -10,23 +10,11 @@
 #include <utility>
 
 #include "client/cpp/client.h"
+#include "tests/client/live/inputs.h"
 #include "tests/client/live/pliantd_process.h"
 
 namespace pliant::client {
 namespace {
-
-Domain Square() {
-  return {.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}},
-          .segments = {{0, 1, 1}, {1, 2, 2}, {2, 3, 3}, {3, 0, 4}},
-          .holes = {},
-          .regions = {}};
-}
-
-MetricSpec Size(const std::string& formula) {
-  MetricSpec spec;
-  spec.source = SizeMetric{formula};
-  return spec;
-}
 
 void ExpectSameAsServer(Session& session) {
   const Result<MeshReplica> mesh = session.GetMesh();

@@ -15,6 +15,7 @@
 #include "core/motion/replace_domain.h"
 #include "core/pliant/displace.h"
 #include "core/pliant/remesher.h"
+#include "tests/client/live/inputs.h"
 #include "tests/client/live/pliantd_process.h"
 
 namespace pliant::client {
@@ -43,12 +44,6 @@ Domain Plate() {
                        {8, 9, 6}},
           .holes = {{0.5, 0.5}},
           .regions = {{{1.5, 0.5}, 9}}};
-}
-
-MetricSpec Size(const std::string& formula) {
-  MetricSpec spec;
-  spec.source = SizeMetric{formula};
-  return spec;
 }
 
 class LiveServer : public testing::Test {

@@ -15,7 +15,7 @@ namespace {
 
 using Corners = std::array<std::int32_t, 3>;
 
-struct Mesh {
+struct PlainMesh {
   std::vector<Vec2> points;
   std::vector<Corners> triangles;
 };
@@ -24,9 +24,9 @@ struct Mesh {
 // middle and a slot to its right border missing, triangles in random order and rotation, mapped by
 // `map`, which must keep the orientation.
 template <class Map>
-Mesh HoledGrid(Map map, Rng& rng) {
+PlainMesh HoledGrid(Map map, Rng& rng) {
   constexpr std::int32_t kCells = 20;
-  Mesh mesh;
+  PlainMesh mesh;
   for (std::int32_t y = 0; y <= kCells; ++y) {
     for (std::int32_t x = 0; x <= kCells; ++x) mesh.points.push_back(map(1.0 * x, 1.0 * y));
   }
@@ -59,7 +59,7 @@ Vec2 Identity(double x, double y) { return {x, y}; }
 Vec2 Stretched(double x, double y) { return {0.8 * 1e4 * x - 0.6 * y, 0.6 * 1e4 * x + 0.8 * y}; }
 Vec2 Curved(double x, double y) { return {x + 0.02 * y * y, y + 0.3 * std::sin(x)}; }
 
-bool Holds(const Mesh& mesh, std::size_t t, Vec2 p) {
+bool Holds(const PlainMesh& mesh, std::size_t t, Vec2 p) {
   for (std::size_t i = 0; i < 3; ++i) {
     const Vec2 a = mesh.points[static_cast<std::size_t>(mesh.triangles[t][i])];
     const Vec2 b = mesh.points[static_cast<std::size_t>(mesh.triangles[t][(i + 1) % 3])];
@@ -68,7 +68,7 @@ bool Holds(const Mesh& mesh, std::size_t t, Vec2 p) {
   return true;
 }
 
-std::int32_t LowestAround(const Mesh& mesh, Vec2 p) {
+std::int32_t LowestAround(const PlainMesh& mesh, Vec2 p) {
   for (std::size_t t = 0; t < mesh.triangles.size(); ++t) {
     if (Holds(mesh, t, p)) return static_cast<std::int32_t>(t);
   }
@@ -76,7 +76,7 @@ std::int32_t LowestAround(const Mesh& mesh, Vec2 p) {
 }
 
 // Distance from p to the nearest side of any triangle, in long double and by another formula.
-double DistanceToSides(const Mesh& mesh, Vec2 p) {
+double DistanceToSides(const PlainMesh& mesh, Vec2 p) {
   long double nearest = std::numeric_limits<double>::infinity();
   for (const Corners& triangle : mesh.triangles) {
     for (std::size_t i = 0; i < 3; ++i) {
@@ -98,7 +98,7 @@ double DistanceToSides(const Mesh& mesh, Vec2 p) {
   return static_cast<double>(nearest);
 }
 
-Vec2 Interpolated(const Mesh& mesh, const Location& at) {
+Vec2 Interpolated(const PlainMesh& mesh, const Location& at) {
   Vec2 sum;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto corner =
@@ -108,7 +108,7 @@ Vec2 Interpolated(const Mesh& mesh, const Location& at) {
   return sum;
 }
 
-std::vector<Vec2> Questions(const Mesh& mesh, Rng& rng) {
+std::vector<Vec2> Questions(const PlainMesh& mesh, Rng& rng) {
   std::vector<Vec2> questions = mesh.points;
   const auto corner = [&mesh](const Corners& triangle, std::size_t i) {
     return mesh.points[static_cast<std::size_t>(triangle[i])];
@@ -127,7 +127,7 @@ std::vector<Vec2> Questions(const Mesh& mesh, Rng& rng) {
   return questions;
 }
 
-void CheckAgainstBruteForce(const Mesh& mesh, Rng& rng) {
+void CheckAgainstBruteForce(const PlainMesh& mesh, Rng& rng) {
   const TriangleLocator locator(mesh.points, mesh.triangles);
   const auto [low, high] = std::ranges::minmax(mesh.points, {}, &Vec2::x);
   const double extent = high.x - low.x;
@@ -200,7 +200,7 @@ TEST(TriangleLocator, AgreesWithBruteForceOnACurvedMesh) {
 // answer must hold the point, and be the one that the best of all hints leads to.
 TEST(TriangleLocator, FindsPointsFarFromTheHint) {
   constexpr std::int32_t kCells = 100;
-  Mesh mesh;
+  PlainMesh mesh;
   for (std::int32_t y = 0; y <= kCells; ++y) {
     for (std::int32_t x = 0; x <= kCells; ++x) mesh.points.push_back({1.0 * x, 1.0 * y});
   }
@@ -278,7 +278,7 @@ TEST(TriangleLocator, SurvivesCoordinatesWhoseSquaresOverflowOrVanish) {
 
 TEST(FindNeighbors, AreSymmetricAndShareTheSide) {
   Rng rng(23);
-  const Mesh mesh = HoledGrid(Identity, rng);
+  const PlainMesh mesh = HoledGrid(Identity, rng);
   const auto [neighbors, overlaps] =
       FindNeighbors(mesh.triangles, static_cast<std::int32_t>(mesh.points.size()));
   EXPECT_FALSE(overlaps);
@@ -311,7 +311,7 @@ TEST(FindNeighbors, AreSymmetricAndShareTheSide) {
 // is the third at an edge from either end.
 TEST(FindNeighbors, NoticeTwoOnTheSameSide) {
   Rng rng(24);
-  const Mesh mesh = HoledGrid(Identity, rng);
+  const PlainMesh mesh = HoledGrid(Identity, rng);
   const auto count = static_cast<std::int32_t>(mesh.points.size());
   EXPECT_FALSE(FindNeighbors(mesh.triangles, count).overlaps);
   const Corners some = mesh.triangles[17];

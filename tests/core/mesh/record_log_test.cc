@@ -19,9 +19,9 @@ struct Row {
   std::int32_t value = 0;
   std::int32_t filling = 0;
 };
-using Log = RecordLog<VertexId, Row>;
+using RowLog = RecordLog<VertexId, Row>;
 
-std::vector<std::int32_t> ValuesOf(const Log& log) {
+std::vector<std::int32_t> ValuesOf(const RowLog& log) {
   std::vector<std::int32_t> values;
   for (const auto& [id, row] : log) values.push_back(row.value);
   return values;
@@ -40,7 +40,7 @@ TEST(RecordLog, SortsBySlot) {
   Rng rng(17);
   for (const auto& [count, stride] : std::vector<std::pair<std::int32_t, std::int32_t>>{
            {0, 1}, {1, 5}, {2, 1}, {1'000, 1}, {1'000, 15}, {1'000, 400}}) {
-    Log log;
+    RowLog log;
     std::map<VertexId, std::int32_t> expected;
     for (const VertexId id : Shuffled(count, stride, rng)) {
       const auto value = static_cast<std::int32_t>(rng.Below(1'000'000));
@@ -70,7 +70,7 @@ TEST(RecordLog, WritesBackInRuns) {
   std::vector<Row> rows(5'000);
   for (std::size_t i = 0; i < rows.size(); ++i) rows[i].value = static_cast<std::int32_t>(i);
   const std::vector<Row> before = rows;
-  Log log;
+  RowLog log;
   for (std::int32_t begin = 0, length = 1; begin + length <= 5'000; begin += length + 2) {
     for (std::int32_t i = begin; i < begin + length; ++i) {
       log.Add(VertexId(i), rows[static_cast<std::size_t>(i)], rows.size());
@@ -92,7 +92,7 @@ TEST(RecordLog, WritesBackInRuns) {
 // would take tens of milliseconds between two looks at a stop signal.
 TEST(RecordLog, DoesNotMoveOnceItIsLarge) {
   constexpr std::int32_t kSlots = 2'000'000;
-  Log log;
+  RowLog log;
   const Row* stands = nullptr;
   std::int32_t moved_at = 0;
   for (std::int32_t i = 0; i < kSlots; ++i) {
@@ -109,7 +109,7 @@ TEST(RecordLog, DoesNotMoveOnceItIsLarge) {
 TEST(RecordLog, GivesItsArraysAway) {
   constexpr std::int32_t kSlots = 2'000'000;
   for (const std::int32_t count : {0, 5'000, 600'000}) {
-    Log log;
+    RowLog log;
     for (std::int32_t i = 0; i < count; ++i) log.Add(VertexId(i), {i}, kSlots);
     const Row* const stood = count > 0 ? &log[0].second : nullptr;
     const auto [ids, records] = log.Take();

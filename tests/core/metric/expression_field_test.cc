@@ -14,7 +14,7 @@
 namespace pliant {
 namespace {
 
-using testing::HasSubstr;
+using ::testing::HasSubstr;
 
 constexpr Metric kFallback = {0.25, 0, 0.25};
 

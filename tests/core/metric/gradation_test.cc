@@ -33,7 +33,7 @@ struct Sample {
 };
 
 /// A jittered grid of n x n cells over [-1, 1]^2 with the tensors of a function.
-Sample Grid(int n, const std::function<Metric(Vec2)>& metric) {
+Sample SampleGrid(int n, const std::function<Metric(Vec2)>& metric) {
   Rng rng(1996);
   Sample sample;
   for (int j = 0; j <= n; ++j) {
@@ -79,9 +79,10 @@ Metric RandomTensor(Rng& rng) {
 }
 
 std::vector<Sample> Samples() {
-  std::vector<Sample> samples = {Grid(20, Jump), Grid(24, Checkerboard), Grid(40, CurvedFront)};
+  std::vector<Sample> samples = {SampleGrid(20, Jump), SampleGrid(24, Checkerboard),
+                                 SampleGrid(40, CurvedFront)};
   auto rng = std::make_shared<Rng>(7);
-  samples.push_back(Grid(16, [rng](Vec2) { return RandomTensor(*rng); }));
+  samples.push_back(SampleGrid(16, [rng](Vec2) { return RandomTensor(*rng); }));
   return samples;
 }
 
@@ -111,7 +112,7 @@ TEST(GraphOfTriangles, ListsEachNeighbourOnce) {
 
 TEST(LimitMetrics, LeavesAloneWhatNeedsNothing) {
   for (const GradationOptions& options : {GradationOptions{}, kBoth}) {
-    const Sample constant = Grid(8, [](Vec2) { return Axes(0.5, 0.01, 0.4); });
+    const Sample constant = SampleGrid(8, [](Vec2) { return Axes(0.5, 0.01, 0.4); });
     const LimitedMetrics limited = constant.Limit(options);
     EXPECT_EQ(limited.tensors, constant.tensors);
     EXPECT_EQ(limited.rotation_count + limited.gradation_count, 0);
@@ -280,7 +281,7 @@ TEST(LimitMetrics, IsTheFixedPointThatSweepsReach) {
 }
 
 TEST(LimitMetrics, MakesAJumpGrowGently) {
-  const Sample sample = Grid(40, Jump);
+  const Sample sample = SampleGrid(40, Jump);
   const LimitedMetrics limited = sample.Limit({.gradation = 1.5});
   const VertexGraph graph = sample.Graph();
   std::vector<AxisSizes> sizes;
@@ -337,17 +338,17 @@ TEST(LimitMetrics, ShortensLongElementsOnACurvedFront) {
 
 // Goal: what has been limited needs little more. A second run sees the first one's result as raw.
 TEST(LimitMetrics, ChangesLittleWhenItRunsAgain) {
-  Sample again = Grid(40, Jump);
+  Sample again = SampleGrid(40, Jump);
   again.tensors = again.Limit(kBoth).tensors;
   EXPECT_LT(again.Limit(kBoth).size_ratio_max, 1 + 1e-9);
-  again = Grid(40, CurvedFront);
+  again = SampleGrid(40, CurvedFront);
   const double first = again.Limit(kBoth).size_ratio_max;
   again.tensors = again.Limit(kBoth).tensors;
   EXPECT_LT(again.Limit(kBoth).size_ratio_max, 1 + 0.2 * (first - 1));
 }
 
 TEST(LimitMetrics, ScalesAndTurnsWithItsInput) {
-  const Sample sample = Grid(40, CurvedFront);
+  const Sample sample = SampleGrid(40, CurvedFront);
   const LimitedMetrics expected = sample.Limit(kBoth);
   Sample moved = sample;
   const double c = std::cos(0.6);

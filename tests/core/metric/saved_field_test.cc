@@ -18,9 +18,9 @@
 namespace pliant {
 namespace {
 
-using Field = std::shared_ptr<MetricField>;
+using FieldPointer = std::shared_ptr<MetricField>;
 
-Field FromSpec(const MetricSpec& spec) {
+FieldPointer FromSpec(const MetricSpec& spec) {
   return std::move(*MakeMetricField(spec, {{0, 0}, {4, 4}}));
 }
 
@@ -40,9 +40,9 @@ Bytes Saved(const MetricField& field) {
   return std::move(writer).Take();
 }
 
-Field Read(const Bytes& bytes) {
+FieldPointer Read(const Bytes& bytes) {
   ByteReader reader(bytes);
-  Field field = ReadField(reader);
+  FieldPointer field = ReadField(reader);
   EXPECT_TRUE(reader.AtEnd());
   return field;
 }
@@ -59,7 +59,7 @@ void ExpectTheSameBits(const MetricField& a, const MetricField& b) {
   }
 }
 
-std::vector<Field> AllKinds() {
+std::vector<FieldPointer> AllKinds() {
   MetricSpec size{.source = SizeMetric{"0.1 + 0.01*t*x"}, .time = 3};
   size.bounds = {.size_min = 0.11, .size_max = 0.2};
   const MetricSpec tensor{.source = ExpressionMetric{"100 + x^2", "sin(x*y)", "50 + exp(y)"}};
@@ -71,9 +71,9 @@ std::vector<Field> AllKinds() {
 }
 
 TEST(SavedField, AnswersWithTheSameBits) {
-  for (const Field& field : AllKinds()) {
+  for (const FieldPointer& field : AllKinds()) {
     const Bytes bytes = Saved(*field);
-    const Field back = Read(bytes);
+    const FieldPointer back = Read(bytes);
     ASSERT_NE(back, nullptr);
     ExpectTheSameBits(*field, *back);
     EXPECT_EQ(Saved(*back), bytes);
@@ -91,7 +91,7 @@ TEST(SavedField, AFieldOfTheCallersOwnIsRefused) {
 }
 
 TEST(SavedField, RefusesWhatIsCutOffAndKindsThatAreNone) {
-  for (const Field& field : AllKinds()) {
+  for (const FieldPointer& field : AllKinds()) {
     const Bytes bytes = Saved(*field);
     for (std::size_t size = 0; size < bytes.size(); ++size) {
       ByteReader reader(std::span<const std::byte>(bytes).first(size));

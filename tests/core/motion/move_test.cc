@@ -19,11 +19,13 @@
 #include "core/pliant/quality.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
+#include "tests/support/remesher_testing.h"
 
 namespace pliant {
 namespace {
 
 using testing::Faults;
+using testing::LeastQuality;
 
 constexpr std::int32_t kWall = 1;
 constexpr std::int32_t kBody = 7;
@@ -114,10 +116,6 @@ std::vector<VertexId> VerticesOf(const Mesh& mesh, std::int32_t tag) {
 double MeanQuality(const Remesher& remesher) {
   return MeasureQuality(remesher.mesh(), remesher.field()).q_mean;
 }
-double LeastQuality(const Remesher& remesher) {
-  return MeasureQuality(remesher.mesh(), remesher.field()).q_min;
-}
-
 /// A thin ellipse around (0.5, 0.5).
 std::vector<Vec2> Flap() {
   std::vector<Vec2> points = Circle({0, 0}, 1, 48);

@@ -15,9 +15,12 @@
 #include "core/pliant/remesher.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
+#include "tests/support/remesher_testing.h"
 
 namespace pliant {
 namespace {
+
+using testing::LeastQuality;
 
 constexpr char kJump[] = "x < 0.5 ? 0.01 : 0.2";
 constexpr char kSmooth[] = "0.03 + 0.05*x";
@@ -51,10 +54,6 @@ std::size_t TroublesAtTheEnd(Remesher& remesher, std::int64_t visits_max = 1'000
     EXPECT_EQ(testing::Faults(remesher.mesh()), "");
     return remesher.FindTroubles().size();
   }
-}
-
-double LeastQuality(const Remesher& remesher) {
-  return MeasureQuality(remesher.mesh(), remesher.field()).q_min;
 }
 
 std::uint64_t Hash(const MeshDiff& diff) { return diff.summary.state_hash; }

@@ -21,11 +21,11 @@ namespace {
 using testing::Faults;
 
 constexpr double kTolerance = 0.05;
-constexpr double kNodes = 4000;
+constexpr double kCarriedNodes = 4000;
 
 /// A session whose mesh has converged for the front at `xc`, committed.
 std::unique_ptr<Remesher> Front(double xc) {
-  testing::Case shock = testing::ShockCase(kNodes, xc);
+  testing::Case shock = testing::ShockCase(kCarriedNodes, xc);
   auto made = Remesher::Create(shock.domain, std::move(shock.field), {});
   EXPECT_TRUE(made.ok());
   EXPECT_TRUE((*made)->Step({}).ok());
@@ -59,7 +59,7 @@ struct Copy {
 // live vertices.
 TEST(CarryAlong, TakesAFrontWhereItWent) {
   const auto session = Front(0.4);
-  const auto field = testing::ShockCase(kNodes, 0.42).field;
+  const auto field = testing::ShockCase(kCarriedNodes, 0.42).field;
   Copy copy(session->mesh(), *field);
   const Mesh& mesh = copy.target->mesh;
   const CarriedUpdate update =
@@ -109,7 +109,7 @@ TEST(CarryAlong, TakesAFrontWhereItWent) {
 // move.
 TEST(CarryAlong, LeavesFarVerticesWithOldTensorsWhereTheyAre) {
   const auto session = Front(0.4);
-  const auto field = testing::ShockCase(kNodes, 0.405).field;
+  const auto field = testing::ShockCase(kCarriedNodes, 0.405).field;
   Copy copy(session->mesh(), *field);
   const Mesh& mesh = copy.target->mesh;
   std::vector<VertexId> far;
@@ -156,9 +156,9 @@ TEST(CarryAlong, LeavesOtherChangesAlone) {
     EXPECT_TRUE(update.disturbed.empty());
     EXPECT_EQ(testing::DifferenceOf(copy.target->mesh, same.target->mesh), "");
   };
-  check(testing::ShockCase(2 * kNodes, 0.4));
-  check(testing::ShockCase(kNodes, 0.4001));
-  check(testing::DiagonalCase(kNodes));
+  check(testing::ShockCase(2 * kCarriedNodes, 0.4));
+  check(testing::ShockCase(kCarriedNodes, 0.4001));
+  check(testing::DiagonalCase(kCarriedNodes));
 }
 
 // Goal: where something appears that was nowhere before, everybody stays, though each shift that
@@ -189,12 +189,12 @@ TEST(CarryAlong, SparesAnUpdateMostOfItsVisits) {
   const auto nodes = static_cast<double>(session->mesh().vertex_count());
   testing::Replica replica;
   EXPECT_EQ(replica.Apply(session->Snapshot()), "");
-  ASSERT_TRUE(session->SetField(testing::ShockCase(kNodes, 0.42).field).ok());
+  ASSERT_TRUE(session->SetField(testing::ShockCase(kCarriedNodes, 0.42).field).ok());
   EXPECT_EQ(Faults(session->mesh()), "");
   session->Rollback();
   EXPECT_EQ(replica.DifferenceTo(session->mesh()), "");
 
-  ASSERT_TRUE(session->SetField(testing::ShockCase(kNodes, 0.42).field).ok());
+  ASSERT_TRUE(session->SetField(testing::ShockCase(kCarriedNodes, 0.42).field).ok());
   const Result<Progress> progress = session->Step({});
   ASSERT_TRUE(progress.ok());
   EXPECT_EQ(progress->stop_reason, StopReason::kConverged);
@@ -214,12 +214,13 @@ TEST(CarryAlong, DoesNotDriftIn200Steps) {
   for (int step = 0; step < 200; ++step) {
     SCOPED_TRACE(step);
     xc += step / 20 % 2 == 0 ? 0.02 : -0.02;
-    ASSERT_TRUE(session->SetField(testing::ShockCase(kNodes, xc).field).ok());
+    ASSERT_TRUE(session->SetField(testing::ShockCase(kCarriedNodes, xc).field).ok());
     ASSERT_TRUE(session->Step({}).ok());
     (void)session->Commit();
     if (step % 20 != 19) continue;
     EXPECT_EQ(Faults(session->mesh()), "");
-    const Quality quality = MeasureQuality(session->mesh(), *testing::ShockCase(kNodes, xc).field);
+    const Quality quality =
+        MeasureQuality(session->mesh(), *testing::ShockCase(kCarriedNodes, xc).field);
     EXPECT_GT(quality.q_mean, 0.975);
     EXPECT_GT(quality.q_min, 0.5);
     EXPECT_GT(quality.integrated.share_125, 0.97);
@@ -279,7 +280,7 @@ TEST(CarryAlong, KeepsAFrontThatIsSentAsTensorsAtVertices) {
   for (int step = 0; step < 60; ++step) {
     SCOPED_TRACE(step);
     xc += step / 20 % 2 == 0 ? 0.02 : -0.02;
-    const auto field = testing::ShockCase(kNodes, xc).field;
+    const auto field = testing::ShockCase(kCarriedNodes, xc).field;
     std::vector<Metric> tensors;
     std::int32_t hint = MetricField::kNoHint;
     for (const Vec2 p : ExportMesh(session->mesh()).data.points) {

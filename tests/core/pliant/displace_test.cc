@@ -24,13 +24,13 @@ namespace {
 
 using testing::Faults;
 
-VertexId At(int x, int y) { return VertexId(13 * y + x); }
+VertexId NodeAt(int x, int y) { return VertexId(13 * y + x); }
 
 /// A block of 4 x 4 vertices in a grid of 12 x 12 cells, to be moved.
 std::vector<Displacement> Block(const Mesh& mesh, Vec2 by) {
   std::vector<Displacement> list;
   for (int y = 4; y < 8; ++y) {
-    for (int x = 4; x < 8; ++x) list.push_back({At(x, y), mesh.position(At(x, y)) + by});
+    for (int x = 4; x < 8; ++x) list.push_back({NodeAt(x, y), mesh.position(NodeAt(x, y)) + by});
   }
   return list;
 }
@@ -49,11 +49,11 @@ TEST(Displace, RunsOverWhatStandsInTheWay) {
     if (!grid->mesh.IsLive(one.vertex)) continue;
     EXPECT_EQ(grid->mesh.position(one.vertex), one.to);
   }
-  EXPECT_TRUE(grid->mesh.IsLive(At(5, 5)));
+  EXPECT_TRUE(grid->mesh.IsLive(NodeAt(5, 5)));
   EXPECT_TRUE(
-      std::binary_search(displaced->disturbed.begin(), displaced->disturbed.end(), At(3, 5)));
+      std::binary_search(displaced->disturbed.begin(), displaced->disturbed.end(), NodeAt(3, 5)));
   EXPECT_FALSE(
-      std::binary_search(displaced->disturbed.begin(), displaced->disturbed.end(), At(0, 0)));
+      std::binary_search(displaced->disturbed.begin(), displaced->disturbed.end(), NodeAt(0, 0)));
 }
 
 // Goal: whoever is sent out of the domain goes; the walls stay.
@@ -63,7 +63,7 @@ TEST(Displace, LosesWhoWouldLeaveTheDomain) {
   ASSERT_TRUE(displaced.has_value());
   EXPECT_EQ(Faults(grid->mesh), "");
   EXPECT_NEAR(Area(grid->mesh), 144, 1e-9);
-  EXPECT_FALSE(grid->mesh.IsLive(At(7, 5)));
+  EXPECT_FALSE(grid->mesh.IsLive(NodeAt(7, 5)));
 }
 
 // Goal: whoever's triangles keep their shape when others go a little way is not disturbed; where
@@ -97,16 +97,16 @@ TEST(Displace, DisturbsOnlyWhereTrianglesLoseTheirShape) {
 // Goal: what is frozen stays, also where others are sent over it.
 TEST(Displace, LeavesFrozenElementsAlone) {
   auto grid = testing::ImportedMesh(testing::GridData(12, 12));
-  const Constraints constraints{.vertices = {At(9, 5), At(9, 6)}};
+  const Constraints constraints{.vertices = {NodeAt(9, 5), NodeAt(9, 6)}};
   const Result<FrozenElements> frozen = WhatFreezes(grid->mesh, constraints);
   ASSERT_TRUE(frozen.ok());
   (void)ChangeFrozen(grid->edit, {}, *frozen);
-  EXPECT_FALSE(IsDisplaceable(grid->mesh, At(9, 5)));
+  EXPECT_FALSE(IsDisplaceable(grid->mesh, NodeAt(9, 5)));
   (void)Displace(grid->edit, Block(grid->mesh, {2.5, 0.5}));
   EXPECT_EQ(Faults(grid->mesh), "");
   for (const VertexId vertex : constraints.vertices) {
     ASSERT_TRUE(grid->mesh.IsLive(vertex));
-    EXPECT_EQ(grid->mesh.position(vertex), (Vec2{9.0, vertex == At(9, 5) ? 5.0 : 6.0}));
+    EXPECT_EQ(grid->mesh.position(vertex), (Vec2{9.0, vertex == NodeAt(9, 5) ? 5.0 : 6.0}));
   }
 }
 

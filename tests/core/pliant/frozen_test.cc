@@ -28,7 +28,7 @@ using ::testing::HasSubstr;
 constexpr std::int64_t kVisitsMax = 2'000'000;
 
 /// The unit square, halved by an internal line x = 0.5 of tag 9: region 1 left, region 2 right.
-Domain TwoRooms() {
+Domain TwoHalves() {
   Domain domain;
   domain.points = {{0, 0}, {0.5, 0}, {1, 0}, {1, 1}, {0.5, 1}, {0, 1}};
   domain.segments = {{0, 1, 1}, {1, 2, 1}, {2, 3, 2}, {3, 4, 3}, {4, 5, 3}, {5, 0, 4}, {1, 4, 9}};
@@ -39,7 +39,7 @@ Domain TwoRooms() {
 MetricSpec SizeOf(const std::string& size) { return {.source = SizeMetric{size}}; }
 
 std::unique_ptr<Remesher> MeshOfTwoRooms(const std::string& size, const Options& options = {}) {
-  auto made = Remesher::Create(TwoRooms(), SizeOf(size), options);
+  auto made = Remesher::Create(TwoHalves(), SizeOf(size), options);
   EXPECT_TRUE(made.ok()) << made.error().message;
   EXPECT_TRUE((*made)->Step({}).ok());
   (void)(*made)->Commit();
@@ -139,7 +139,7 @@ TEST(Frozen, RefusesNamesOfNothingAndNamesTwice) {
 }
 
 TEST(Frozen, NamesNothingBeforeTheFirstRevision) {
-  auto made = Remesher::Create(TwoRooms(), SizeOf("0.3"), {});
+  auto made = Remesher::Create(TwoHalves(), SizeOf("0.3"), {});
   ASSERT_TRUE(made.ok());
   const Status status = (*made)->SetConstraints({.vertices = {VertexId(0)}});
   ASSERT_FALSE(status.ok());

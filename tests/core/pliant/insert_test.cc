@@ -18,7 +18,7 @@ using testing::GridData;
 using testing::ImportedMesh;
 
 /// A metric that tells where it was asked for.
-auto Field() {
+auto PlaceField() {
   return FunctionField([](Vec2 p) { return Metric{1 + p.x, 0, 1 + p.y}; });
 }
 
@@ -28,7 +28,8 @@ std::optional<Insertion> InsertBetween(testing::EditedMesh& made, VertexId cente
   Star star;
   star.Gather(made.mesh, center);
   const auto spoke = std::find(star.ring().begin(), star.ring().end(), end) - star.ring().begin();
-  return InsertOnSpoke(made.edit, flipper, Field(), star, static_cast<std::size_t>(spoke), after);
+  return InsertOnSpoke(made.edit, flipper, PlaceField(), star, static_cast<std::size_t>(spoke),
+                       after);
 }
 
 TEST(InsertOnSpoke, SplitsEverySpokeOfAStarInTheMiddle) {

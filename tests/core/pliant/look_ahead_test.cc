@@ -19,8 +19,8 @@ namespace {
 constexpr Vec2 kShift{7.3, 2.6};
 
 /// A grid after random edits, and other tensors at its vertices.
-struct Grid {
-  Grid() {
+struct LevelGrid {
+  LevelGrid() {
     testing::RandomEditor editor(*made, /*seed=*/11);
     for (int i = 0; i < 400; ++i) (void)editor.Step();
     std::vector<Metric> tensors;
@@ -52,7 +52,7 @@ void ExpectAnswers(const Mesh& mesh, const MetricField& field, std::vector<Verte
 // of them, a few that have no neighbours among them, and both in random order, against one question
 // each.
 TEST(LookAhead, AnswersAsTheFieldDoesOneByOne) {
-  const Grid grid;
+  const LevelGrid grid;
   std::vector<VertexId> all = testing::LiveVertices(grid.made->mesh);
   std::vector<VertexId> few;
   for (std::size_t k = 0; k < all.size(); k += 23) few.push_back(all[k]);
@@ -68,14 +68,14 @@ TEST(LookAhead, AnswersAsTheFieldDoesOneByOne) {
 }
 
 TEST(LookAhead, AsksAFunctionToo) {
-  const Grid grid;
+  const LevelGrid grid;
   const auto size = [](Vec2 p) { return Metric{1 + p.x * p.x, 0, 2}; };
   ExpectAnswers(grid.made->mesh, FunctionField<decltype(size)>(size),
                 testing::LiveVertices(grid.made->mesh));
 }
 
 TEST(LookAhead, LeavesTheRestOutWhenItIsStopped) {
-  const Grid grid;
+  const LevelGrid grid;
   const StopFlag stop(true);
   const std::vector<VertexId> all = testing::LiveVertices(grid.made->mesh);
   EXPECT_EQ(LookAhead(grid.made->mesh, *grid.field, all, kShift, &stop).size(), all.size());

@@ -19,7 +19,6 @@ namespace {
 
 using testing::DifferenceOf;
 using testing::Faults;
-using testing::LiveVertices;
 
 /// A mesh that has converged for a constant size, and then is to be for twice that.
 struct Coarser {
@@ -36,7 +35,7 @@ struct Coarser {
   void Begin(const Options& options) {
     loop.BeginUpdate(SettingsOf(options));
     loop.ResetCounts();
-    for (const VertexId id : LiveVertices(made->mesh)) {
+    for (const VertexId id : testing::LiveVertices(made->mesh)) {
       std::int32_t hint = -1;
       made->edit.SetMetric(id, field->At(made->mesh.position(id), hint));
       loop.Wake(id);
@@ -57,7 +56,7 @@ TEST(ThinOut, SavesVisitsWhereTheMetricBecomesTwiceAsCoarse) {
     const std::int32_t before = session.made->mesh.vertex_count();
     session.Begin({});
     if (thins) {
-      session.loop.ThinOut(LiveVertices(session.made->mesh));
+      session.loop.ThinOut(testing::LiveVertices(session.made->mesh));
       EXPECT_LT(session.made->mesh.vertex_count(), 0.4 * before);
       EXPECT_EQ(session.loop.counts().deletions, before - session.made->mesh.vertex_count());
       EXPECT_EQ(session.loop.counts().visits, 0);
@@ -100,15 +99,15 @@ TEST(ThinOut, LeavesALatticeOfTwiceTheWidth) {
   const auto made = testing::ImportedMesh(Lattice(kCount));
   PliantLoop loop(made->edit, {});
   loop.BeginUpdate(SettingsOf({}));
-  for (const VertexId id : LiveVertices(made->mesh)) {
+  for (const VertexId id : testing::LiveVertices(made->mesh)) {
     made->edit.SetMetric(id, Metric::Isotropic(2));
     loop.Wake(id);
   }
-  loop.ThinOut(LiveVertices(made->mesh));
+  loop.ThinOut(testing::LiveVertices(made->mesh));
   EXPECT_EQ(Faults(made->mesh), "");
   std::int32_t left[2][2] = {};
   std::int32_t all = 0;
-  for (const VertexId id : LiveVertices(made->mesh)) {
+  for (const VertexId id : testing::LiveVertices(made->mesh)) {
     const std::int32_t row = id.value() / kCount;
     const std::int32_t column = id.value() % kCount;
     if (row < 3 || row >= kCount - 3 || column < 3 || column >= kCount - 3) continue;
@@ -127,7 +126,7 @@ TEST(ThinOut, IsUndoneByARollback) {
   Coarser session(2'000);
   const Mesh before = session.made->mesh;
   session.Begin({});
-  session.loop.ThinOut(LiveVertices(session.made->mesh));
+  session.loop.ThinOut(testing::LiveVertices(session.made->mesh));
   EXPECT_LT(session.made->mesh.vertex_count(), before.vertex_count());
   session.made->edit.Rollback();
   EXPECT_EQ(DifferenceOf(session.made->mesh, before), "");
@@ -143,13 +142,13 @@ TEST(ThinOut, LeavesWhatMustNotGo) {
     session.loop.SetOptions(options);
     session.Begin(options);
     std::vector<VertexId> kept;
-    for (const VertexId id : LiveVertices(mesh)) {
+    for (const VertexId id : testing::LiveVertices(mesh)) {
       const VertexRecord& record = mesh.vertex(id);
       if (id.value() % 3 == 0) session.made->edit.SetHold(id, MeshEdit::Hold::kFrozen);
       if (record.fixed || record.edge.valid() || record.frozen) kept.push_back(id);
     }
     const std::int32_t before = mesh.vertex_count();
-    session.loop.ThinOut(LiveVertices(mesh));
+    session.loop.ThinOut(testing::LiveVertices(mesh));
     EXPECT_EQ(mesh.vertex_count() < before, may_insert);
     for (const VertexId id : kept) EXPECT_TRUE(mesh.IsLive(id)) << id.value();
     EXPECT_EQ(Faults(mesh), "");

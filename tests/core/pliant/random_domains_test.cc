@@ -44,7 +44,7 @@ Options RandomOptions(Rng& rng) {
   return options;
 }
 
-void RunToTheEnd(Remesher& remesher) {
+void ExpectAnEnd(Remesher& remesher) {
   const auto progress = remesher.Step({.visits_max = kVisitsMax});
   ASSERT_TRUE(progress.ok()) << progress.error().message;
   EXPECT_TRUE(progress->stop_reason == StopReason::kConverged ||
@@ -68,7 +68,7 @@ TEST_P(RandomDomains, EndWithAValidMesh) {
     auto made = Remesher::Create(random.domain, std::move(field), RandomOptions(rng));
     ASSERT_TRUE(made.ok()) << made.error().message << ' ' << made.error().index;
     EXPECT_EQ(FaultsAgainst(random, (*made)->mesh()), "");
-    RunToTheEnd(**made);
+    ExpectAnEnd(**made);
     (void)(*made)->Commit();
     EXPECT_EQ(FaultsAgainst(random, (*made)->mesh()), "");
     if (HasFailure()) return;
@@ -113,7 +113,7 @@ class UpdateCampaign {
     auto made = Remesher::Create(random_.domain, RandomMetric(random_, 200, seed_), options);
     ASSERT_TRUE(made.ok()) << made.error().message;
     remesher_ = std::move(*made);
-    if (rng_.Below(2) == 0) RunToTheEnd(*remesher_);
+    if (rng_.Below(2) == 0) ExpectAnEnd(*remesher_);
     Commit();
     for (int round = 0; round < 6 && !::testing::Test::HasFailure(); ++round) {
       SCOPED_TRACE(::testing::Message() << "round " << round);
@@ -125,7 +125,7 @@ class UpdateCampaign {
         Commit();
       }
     }
-    RunToTheEnd(*remesher_);
+    ExpectAnEnd(*remesher_);
     Commit();
     EXPECT_EQ(FaultsAgainst(random_, remesher_->mesh()), "");
   }

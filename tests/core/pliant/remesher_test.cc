@@ -46,7 +46,7 @@ MetricSpec SizeSpec(const char* size) {
   return spec;
 }
 
-Progress RunToTheEnd(Remesher& remesher) {
+Progress Converge(Remesher& remesher) {
   const auto progress = remesher.Step({});
   PLIANT_CHECK(progress.ok(), "error", progress.error().message);
   EXPECT_EQ(Faults(remesher.mesh()), "");
@@ -72,7 +72,7 @@ TEST_P(RemesherCases, ConvergeAtTheQualityFloor) {
   Options options;
   options.variant = variant;
   const auto remesher = Start(floor.make(), options);
-  EXPECT_EQ(RunToTheEnd(*remesher).stop_reason, StopReason::kConverged);
+  EXPECT_EQ(Converge(*remesher).stop_reason, StopReason::kConverged);
   const Quality quality = QualityOf(*remesher);
   EXPECT_GE(quality.q_mean, floor.q_mean);
   EXPECT_GE(quality.averaged.share_sqrt2, floor.share_sqrt2);
@@ -106,7 +106,7 @@ TEST(Remesher, ThePapersLoopConvergesWhereAMeshCanMeetTheMetric) {
   Options options;
   options.variant = Variant::kPaper;
   const auto remesher = Start(testing::DiagonalCase(925), options);
-  EXPECT_EQ(RunToTheEnd(*remesher).stop_reason, StopReason::kConverged);
+  EXPECT_EQ(Converge(*remesher).stop_reason, StopReason::kConverged);
   const Quality quality = QualityOf(*remesher);
   EXPECT_GE(quality.q_mean, 0.95);
   EXPECT_GE(quality.averaged.share_sqrt2, 0.98);
@@ -118,7 +118,7 @@ TEST(Remesher, GivesTheSameBitsHoweverTheBudgetIsCut) {
     Options options;
     options.variant = variant;
     const auto whole = Start(testing::GaussianCase(1500), options);
-    const Progress expected = RunToTheEnd(*whole);
+    const Progress expected = Converge(*whole);
     for (const std::int64_t visits : {1, 7, 1000}) {
       const auto cut = Start(testing::GaussianCase(1500), options);
       Progress progress;
@@ -133,33 +133,33 @@ TEST(Remesher, GivesTheSameBitsHoweverTheBudgetIsCut) {
 
 TEST(Remesher, AnEqualSpecificationChangesNothing) {
   const auto remesher = StartWithSize("0.1");
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   (void)remesher->Commit();
   ASSERT_TRUE(remesher->SetMetric(SizeSpec("0.1")).ok());
-  EXPECT_EQ(RunToTheEnd(*remesher).counts.visits, 0);
+  EXPECT_EQ(Converge(*remesher).counts.visits, 0);
   EXPECT_TRUE(remesher->Commit().empty());
   EXPECT_EQ(remesher->revision(), Revision(2));
 }
 
 TEST(Remesher, SentTensorsThatTheMeshHasChangeNothing) {
   const auto remesher = StartWithSize("0.1");
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   (void)remesher->Commit();
   std::vector<Metric> tensors;
   for (const VertexId id : testing::LiveVertices(remesher->mesh())) {
     tensors.push_back(remesher->mesh().metric(id));
   }
   ASSERT_TRUE(remesher->SetTensors({}, tensors).ok());
-  EXPECT_EQ(RunToTheEnd(*remesher).counts.visits, 0);
+  EXPECT_EQ(Converge(*remesher).counts.visits, 0);
   EXPECT_TRUE(remesher->Commit().empty());
 }
 
 TEST(Remesher, FollowsAnotherSpecification) {
   const auto remesher = StartWithSize("0.1");
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   (void)remesher->Commit();
   ASSERT_TRUE(remesher->SetMetric(SizeSpec("0.05")).ok());
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   EXPECT_NEAR(remesher->mesh().vertex_count(), 2 / std::sqrt(3.0) / 0.0025, 100);
   EXPECT_GE(QualityOf(*remesher).averaged.share_sqrt2, 0.97);
 }
@@ -172,7 +172,7 @@ TEST(Remesher, FollowsASpecificationThatComesDuringTheFirstBuild) {
       ASSERT_TRUE(remesher->Step({.visits_max = visits}).ok());
     }
     ASSERT_TRUE(remesher->SetMetric(SizeSpec("0.03")).ok());
-    RunToTheEnd(*remesher);
+    Converge(*remesher);
     const Quality quality = QualityOf(*remesher);
     EXPECT_NEAR(static_cast<double>(quality.vertex_count), 2 / std::sqrt(3.0) / 0.0009, 250);
     EXPECT_GE(quality.averaged.share_sqrt2, 0.97) << "after " << visits << " visits";
@@ -185,7 +185,7 @@ TEST(Remesher, FollowsTensorsThatComeDuringTheFirstBuild) {
   const auto count = static_cast<std::size_t>(remesher->mesh().vertex_count());
   const std::vector<Metric> tensors(count, Metric::Isotropic(0.1));
   ASSERT_TRUE(remesher->SetTensors({}, tensors).ok());
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   EXPECT_LT(remesher->mesh().vertex_count(), 200);
 }
 
@@ -200,7 +200,7 @@ struct BadTensors {
 TEST(Remesher, RefusesBadTensorsByIndexAndChangesNothing) {
   constexpr double kNan = std::numeric_limits<double>::quiet_NaN();
   const auto remesher = StartWithSize("0.2");
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   (void)remesher->Commit();
   const Mesh before = remesher->mesh();
   const VertexId a(0);
@@ -223,20 +223,20 @@ TEST(Remesher, RefusesBadTensorsByIndexAndChangesNothing) {
     EXPECT_EQ(status.error().index, bad.index) << bad.name;
     EXPECT_EQ(DifferenceOf(remesher->mesh(), before), "") << bad.name;
   }
-  EXPECT_EQ(RunToTheEnd(*remesher).counts.visits, 0);
+  EXPECT_EQ(Converge(*remesher).counts.visits, 0);
   EXPECT_TRUE(remesher->Commit().empty());
 }
 
 TEST(Remesher, RefusesABadSpecificationAndKeepsTheOldOne) {
   const auto remesher = StartWithSize("0.2");
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   (void)remesher->Commit();
   const Mesh before = remesher->mesh();
   const Status status = remesher->SetMetric(SizeSpec("0.1 +"));
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error().code, ErrorCode::kExpressionSyntax);
   EXPECT_EQ(DifferenceOf(remesher->mesh(), before), "");
-  EXPECT_EQ(RunToTheEnd(*remesher).counts.visits, 0);
+  EXPECT_EQ(Converge(*remesher).counts.visits, 0);
 }
 
 // Sends half the size in the lower left quarter.
@@ -258,7 +258,7 @@ TEST(Remesher, RollbackForgetsTheUpdateAndRedoGivesTheSameBits) {
   const auto straight = StartWithSize("0.05");
   const auto undone = StartWithSize("0.05");
   for (Remesher* remesher : {straight.get(), undone.get()}) {
-    RunToTheEnd(*remesher);
+    Converge(*remesher);
     (void)remesher->Commit();
   }
   const Mesh committed = undone->mesh();
@@ -266,10 +266,10 @@ TEST(Remesher, RollbackForgetsTheUpdateAndRedoGivesTheSameBits) {
   ASSERT_TRUE(undone->Step({.visits_max = 333}).ok());
   undone->Rollback();
   EXPECT_EQ(DifferenceOf(undone->mesh(), committed), "");
-  EXPECT_EQ(RunToTheEnd(*undone).counts.visits, 0) << "nothing is left to do";
+  EXPECT_EQ(Converge(*undone).counts.visits, 0) << "nothing is left to do";
   for (Remesher* remesher : {straight.get(), undone.get()}) {
     RefineCorner(*remesher, 0.3);
-    RunToTheEnd(*remesher);
+    Converge(*remesher);
   }
   EXPECT_EQ(DifferenceOf(undone->mesh(), straight->mesh()), "");
   const MeshDiff a = straight->Commit();
@@ -288,8 +288,8 @@ TEST(Remesher, RollbackToACommitWithActiveNodesGoesOnFromThere) {
   ASSERT_TRUE(undone->Step({.visits_max = 700}).ok());
   undone->Rollback();
   EXPECT_EQ(DifferenceOf(undone->mesh(), straight->mesh()), "");
-  RunToTheEnd(*straight);
-  RunToTheEnd(*undone);
+  Converge(*straight);
+  Converge(*undone);
   EXPECT_EQ(DifferenceOf(undone->mesh(), straight->mesh()), "");
 }
 
@@ -311,7 +311,7 @@ TEST(Remesher, GoesOnAfterACommitWithActiveNodes) {
   Replica replica;
   ASSERT_GT(remesher->Step({.visits_max = 200})->active_count, 0);
   EXPECT_EQ(replica.Apply(remesher->Commit()), "");
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   EXPECT_EQ(replica.Apply(remesher->Commit()), "");
   EXPECT_EQ(replica.DifferenceTo(remesher->mesh()), "");
   EXPECT_GE(QualityOf(*remesher).averaged.share_sqrt2, 0.97);
@@ -324,7 +324,7 @@ TEST(Remesher, AnUpdateDoesNotStopWhatAnEarlierOneLeftUnfinished) {
   const std::vector<VertexId> one{VertexId(0)};
   const std::vector<Metric> tensor{1.5 * remesher->mesh().metric(VertexId(0))};
   ASSERT_TRUE(remesher->SetTensors(one, tensor).ok());
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   EXPECT_GE(QualityOf(*remesher).averaged.share_sqrt2, 0.95);
 }
 
@@ -335,7 +335,7 @@ TEST(Remesher, RespectsTheLimitOfVertices) {
       options.variant = variant;
       options.vertices_max = limit;
       const auto remesher = StartWithSize("0.01", options);
-      const Progress progress = RunToTheEnd(*remesher);
+      const Progress progress = Converge(*remesher);
       EXPECT_EQ(progress.stop_reason, StopReason::kVertexLimit);
       EXPECT_GT(progress.counts.refused_at_limit, 0);
       EXPECT_LE(remesher->mesh().vertex_count(), std::max(limit, 4)) << "4 are given";
@@ -347,12 +347,12 @@ TEST(Remesher, WithoutInsertionIdsStay) {
   Options options;
   options.permissions.insert = false;
   const auto built = StartWithSize("0.05");
-  RunToTheEnd(*built);
+  Converge(*built);
   (void)built->Commit();  // Closes gaps in the numbering, as the export does.
   auto remesher =
       Remesher::Create(ExportMesh(built->mesh()).data, SizeSpec("0.05 + 0.05*x"), options);
   ASSERT_TRUE(remesher.ok());
-  const Progress progress = RunToTheEnd(**remesher);
+  const Progress progress = Converge(**remesher);
   EXPECT_GT(progress.counts.moves, 0);
   EXPECT_EQ(testing::LiveVertices((*remesher)->mesh()), testing::LiveVertices(built->mesh()));
   EXPECT_EQ((*remesher)->mesh().edge_count(), built->mesh().edge_count());
@@ -362,11 +362,11 @@ TEST(Remesher, WithoutMovesPositionsStay) {
   Options options;
   options.permissions.move = false;
   const auto remesher = StartWithSize("0.05", options);
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   (void)remesher->Commit();
   const Mesh before = remesher->mesh();
   ASSERT_TRUE(remesher->SetMetric(SizeSpec("0.03 + 0.1*x")).ok());
-  const Progress progress = RunToTheEnd(*remesher);
+  const Progress progress = Converge(*remesher);
   EXPECT_EQ(progress.counts.moves, 0);
   EXPECT_GT(progress.counts.insertions, 0);
   EXPECT_GT(progress.counts.deletions, 0);
@@ -378,14 +378,14 @@ TEST(Remesher, WithoutMovesPositionsStay) {
 
 TEST(Remesher, WithoutInsertionAndSwapsConnectivityStays) {
   const auto built = StartWithSize("0.05");
-  RunToTheEnd(*built);
+  Converge(*built);
   (void)built->Commit();  // Closes gaps in the numbering, as the export does.
   Options options;
   options.permissions = {false, false, true};
   auto remesher =
       Remesher::Create(ExportMesh(built->mesh()).data, SizeSpec("0.03 + 0.1*x"), options);
   ASSERT_TRUE(remesher.ok());
-  const Progress progress = RunToTheEnd(**remesher);
+  const Progress progress = Converge(**remesher);
   EXPECT_GT(progress.counts.moves, 0);
   EXPECT_EQ(progress.counts.swaps + progress.counts.insertions + progress.counts.deletions, 0);
   const MeshDiff before = SnapshotOf(built->mesh(), Revision(1));
@@ -396,14 +396,14 @@ TEST(Remesher, WithoutInsertionAndSwapsConnectivityStays) {
 
 TEST(Remesher, ImportsItsOwnOutputAndHasLittleToDo) {
   const auto built = Start(testing::GaussianCase(2000));
-  RunToTheEnd(*built);
+  Converge(*built);
   const ExportedMesh out = ExportMesh(built->mesh());
   Case again = testing::GaussianCase(2000);
   auto remesher = Remesher::Create(out.data, std::move(again.field), {});
   ASSERT_TRUE(remesher.ok()) << remesher.error().message;
   EXPECT_EQ(Faults((*remesher)->mesh()), "");
   EXPECT_EQ((*remesher)->mesh().segments().size(), 4U) << "straight runs are segments again";
-  const Progress progress = RunToTheEnd(**remesher);
+  const Progress progress = Converge(**remesher);
   EXPECT_LT(progress.counts.visits, 3 * std::int64_t{built->mesh().vertex_count()});
   EXPECT_LT(progress.counts.insertions + progress.counts.deletions,
             built->mesh().vertex_count() / 50);
@@ -412,10 +412,10 @@ TEST(Remesher, ImportsItsOwnOutputAndHasLittleToDo) {
 // The promise of stable ids: far from an update nothing changes.
 TEST(Remesher, ALocalUpdateTouchesNothingFarAway) {
   const auto remesher = StartWithSize("0.02");
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   (void)remesher->Commit();
   RefineCorner(*remesher, 0.1);
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   const MeshDiff diff = remesher->Commit();
   EXPECT_FALSE(diff.empty());
   for (const Vec2 p : diff.vertex_positions) {
@@ -441,7 +441,7 @@ TEST(Remesher, GivesTheGoldenHashes) {
   };
   for (const GoldenCase& golden : cases) {
     const auto remesher = Start(golden.make());
-    RunToTheEnd(*remesher);
+    Converge(*remesher);
     EXPECT_EQ(remesher->Commit().summary.state_hash, golden.state_hash) << golden.name;
   }
 }
@@ -452,7 +452,7 @@ TEST(Remesher, GivesTheGoldenHashes) {
 // vertex and at the others, before the loop runs.
 TEST(Remesher, TensorsAtFewVerticesLeaveTheFieldElsewhere) {
   const auto remesher = Start(testing::GaussianCase(3000));
-  RunToTheEnd(*remesher);
+  Converge(*remesher);
   remesher->Commit();
   for (int update = 0; update < 40; ++update) {
     SCOPED_TRACE(::testing::Message() << "update " << update);
@@ -468,7 +468,7 @@ TEST(Remesher, TensorsAtFewVerticesLeaveTheFieldElsewhere) {
     EXPECT_LT(RelativeChange(finer, there), 1e-7);
     hint = MetricField::kNoHint;
     EXPECT_LT(RelativeChange(far_before, remesher->field().At(far, hint)), 1e-7);
-    RunToTheEnd(*remesher);
+    Converge(*remesher);
     const MeshDiff diff = remesher->Commit();
     EXPECT_FALSE(diff.empty());
     EXPECT_LT(diff.vertex_ids.size(), 200U);

@@ -19,12 +19,16 @@
 #include "core/pliant/remesher.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
+#include "tests/support/remesher_testing.h"
 
 namespace pliant {
 namespace {
 
-constexpr MetricLimits kOff{.gradation = {.automatic = false}};
-constexpr MetricLimits kGraded{.gradation = {.gradation = 1.5}};
+using testing::HashAtRest;
+using testing::kNoLimits;
+using testing::UniformSession;
+
+constexpr MetricLimits kGradedByHalf{.gradation = {.gradation = 1.5}};
 
 /// Fine at a point.
 const FunctionsSpec kPoint{.parts = {SizeMetric{"0.02 + 0.3*hypot(x - 0.5, y - 0.5 - t)"}}};
@@ -40,17 +44,6 @@ Metric Finest(const Metric& m, double size) {
   const double across =
       std::max(m.m11 * s * s - 2 * m.m12 * c * s + m.m22 * c * c, 1 / size / size);
   return {along * c * c + across * s * s, (along - across) * c * s, along * s * s + across * c * c};
-}
-
-/// At rest on a uniform metric.
-std::unique_ptr<Remesher> Start(const MetricLimits& limits = kOff) {
-  const MetricSpec spec{
-      .source = SizeMetric{"0.1"}, .bounds = limits.bounds, .gradation = limits.gradation};
-  auto made = Remesher::Create(testing::Rectangle({0, 0}, {1, 1}), spec, {});
-  EXPECT_TRUE(made.ok());
-  EXPECT_TRUE((*made)->Step({}).ok());
-  (void)(*made)->Commit();
-  return std::move(*made);
 }
 
 /// Long and slanted, the same everywhere: known in between to the last bits.
@@ -69,13 +62,6 @@ std::vector<Metric> Various(const Remesher& remesher) {
     tensors.push_back({1 / (h * h), 20 * p.y, 1.5 / (h * h)});
   }
   return tensors;
-}
-
-std::uint64_t Finish(Remesher& remesher) {
-  EXPECT_TRUE(remesher.Step({}).ok());
-  const MeshDiff diff = remesher.Commit();
-  EXPECT_EQ(testing::Faults(remesher.mesh()), "");
-  return diff.summary.state_hash;
 }
 
 void ExpectFinestEverywhere(const Remesher& session, double t, double tolerance) {
@@ -110,10 +96,10 @@ void ExpectSameMetric(const Remesher& a, const Remesher& b) {
 }
 
 TEST(TensorFunctions, GiveEveryVertexTheFinestOfBoth) {
-  const auto session = Start();
+  const auto session = UniformSession();
   const auto vertices = testing::LiveVertices(session->mesh());
   const std::vector<Metric> tensors = Various(*session);
-  ASSERT_TRUE(session->SetTensors({}, tensors, kOff, kPoint).ok());
+  ASSERT_TRUE(session->SetTensors({}, tensors, kNoLimits, kPoint).ok());
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     const Metric& has = session->mesh().metric(vertices[i]);
     const double size = SizeAt(session->mesh().position(vertices[i]));
@@ -126,9 +112,9 @@ TEST(TensorFunctions, GiveEveryVertexTheFinestOfBoth) {
 // Goal: functions are asked where vertices are that the loop puts in and moves, however coarse the
 // mesh was that the tensors came on.
 TEST(TensorFunctions, AreAskedWhereTheLoopPutsVertices) {
-  const auto session = Start();
-  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kOff, kPoint).ok());
-  Finish(*session);
+  const auto session = UniformSession();
+  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kNoLimits, kPoint).ok());
+  HashAtRest(*session);
   EXPECT_GT(session->mesh().vertex_count(), 130);
   ExpectFinestEverywhere(*session, 0, 0.051);
   EXPECT_FALSE(session->metric_report().limits);
@@ -141,12 +127,12 @@ TEST(TensorFunctions, AreAskedWhereTheLoopPutsVertices) {
 }
 
 TEST(TensorFunctions, OfTheSameTensorsAgainChangeNothing) {
-  const auto session = Start();
-  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kOff, kPoint).ok());
-  Finish(*session);
-  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kOff, kPoint).ok());
-  ASSERT_TRUE(session->SetFunctions(kPoint, kOff).ok());
-  ASSERT_TRUE(session->SetLimits(kOff).ok());
+  const auto session = UniformSession();
+  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kNoLimits, kPoint).ok());
+  HashAtRest(*session);
+  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kNoLimits, kPoint).ok());
+  ASSERT_TRUE(session->SetFunctions(kPoint, kNoLimits).ok());
+  ASSERT_TRUE(session->SetLimits(kNoLimits).ok());
   ASSERT_TRUE(session->Step({}).ok());
   EXPECT_TRUE(session->Commit().empty());
 }
@@ -154,9 +140,9 @@ TEST(TensorFunctions, OfTheSameTensorsAgainChangeNothing) {
 // Goal: tensors at some vertices change theirs alone, to the bits of tensors sent at once, with
 // limits and without.
 TEST(TensorFunctions, FollowTensorsAtSomeVerticesToTheBit) {
-  for (const MetricLimits& limits : {kOff, kGraded}) {
-    const auto parts = Start(limits);
-    const auto whole = Start(limits);
+  for (const MetricLimits& limits : {kNoLimits, kGradedByHalf}) {
+    const auto parts = UniformSession(limits);
+    const auto whole = UniformSession(limits);
     const auto vertices = testing::LiveVertices(parts->mesh());
     std::vector<Metric> tensors = Various(*parts);
     ASSERT_TRUE(parts->SetTensors({}, tensors, limits, kPoint).ok());
@@ -166,30 +152,30 @@ TEST(TensorFunctions, FollowTensorsAtSomeVerticesToTheBit) {
     for (const std::size_t i : {40U, 7U, 23U}) tensors[i] = finer[0];
     ASSERT_TRUE(whole->SetTensors({}, tensors, limits, kPoint).ok());
     ExpectSameLimits(*parts, *whole);
-    if (limits == kOff) ExpectSameMetric(*parts, *whole);
+    if (limits == kNoLimits) ExpectSameMetric(*parts, *whole);
     EXPECT_EQ(*parts->functions(), kPoint);
-    EXPECT_EQ(parts->metric_report().limits, limits == kGraded);
+    EXPECT_EQ(parts->metric_report().limits, limits == kGradedByHalf);
   }
 }
 
 // Goal: what functions have made finer is not taken for the tensor: another function leaves the
 // tensor as it was sent.
 TEST(TensorFunctions, ChangeAndTheTensorsStay) {
-  for (const MetricLimits& limits : {kOff, kGraded}) {
-    const auto session = Start(limits);
+  for (const MetricLimits& limits : {kNoLimits, kGradedByHalf}) {
+    const auto session = UniformSession(limits);
     ASSERT_TRUE(session->SetTensors({}, Slanted(*session), limits, kPoint).ok());
-    Finish(*session);
+    HashAtRest(*session);
     FunctionsSpec later = kPoint;
     later.time = 0.3;
     ASSERT_TRUE(session->SetFunctions(later, limits).ok());
     EXPECT_EQ(session->functions()->time, 0.3);
-    if (limits == kOff) ExpectFinestEverywhere(*session, 0.3, 0.051);
-    Finish(*session);
-    if (limits == kOff) ExpectFinestEverywhere(*session, 0.3, 0.051);
+    if (limits == kNoLimits) ExpectFinestEverywhere(*session, 0.3, 0.051);
+    HashAtRest(*session);
+    if (limits == kNoLimits) ExpectFinestEverywhere(*session, 0.3, 0.051);
     // Tensors alone end the functions.
     ASSERT_TRUE(session->SetTensors({}, Slanted(*session)).ok());
     EXPECT_EQ(session->functions(), nullptr);
-    Finish(*session);
+    HashAtRest(*session);
     for (const VertexId vertex : testing::LiveVertices(session->mesh())) {
       ASSERT_LT(RelativeChange(kSlanted, session->mesh().metric(vertex)), 0.051);
     }
@@ -198,22 +184,22 @@ TEST(TensorFunctions, ChangeAndTheTensorsStay) {
 }
 
 TEST(TensorFunctions, EndWithAnotherMetric) {
-  const auto session = Start();
-  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kOff, kPoint).ok());
-  Finish(*session);
-  const MetricSpec spec{.source = SizeMetric{"0.1"}, .gradation = kOff.gradation};
+  const auto session = UniformSession();
+  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kNoLimits, kPoint).ok());
+  HashAtRest(*session);
+  const MetricSpec spec{.source = SizeMetric{"0.1"}, .gradation = kNoLimits.gradation};
   ASSERT_TRUE(session->SetMetric(spec).ok());
   EXPECT_EQ(session->functions(), nullptr);
-  Finish(*session);
+  HashAtRest(*session);
   std::int32_t hint = MetricField::kNoHint;
   EXPECT_EQ(session->field().At({0.5, 0.5}, hint), Metric::Isotropic(0.1));
 }
 
 TEST(TensorFunctions, StandBesideTheTensorsThatAFormulaGaveVertices) {
-  const auto session = Start();
+  const auto session = UniformSession();
   const VertexId first = testing::LiveVertices(session->mesh())[30];
   const Metric fine = Metric::Isotropic(0.01);
-  ASSERT_TRUE(session->SetTensors({&first, 1}, {&fine, 1}, kOff, kPoint).ok());
+  ASSERT_TRUE(session->SetTensors({&first, 1}, {&fine, 1}, kNoLimits, kPoint).ok());
   for (const VertexId vertex : testing::LiveVertices(session->mesh())) {
     const Metric raw = vertex == first ? fine : Metric::Isotropic(0.1);
     const double size = SizeAt(session->mesh().position(vertex));
@@ -228,11 +214,11 @@ TEST(TensorFunctions, StandBesideTheTensorsThatAFormulaGaveVertices) {
 
 // Goal: bounds and gradation come after the intersection, and other bounds reach the functions too.
 TEST(TensorFunctions, AreLimitedAfterwards) {
-  const auto session = Start();
-  MetricLimits bounded = kOff;
+  const auto session = UniformSession();
+  MetricLimits bounded = kNoLimits;
   bounded.bounds.size_min = 0.05;
   ASSERT_TRUE(session->SetTensors({}, Slanted(*session), bounded, kPoint).ok());
-  Finish(*session);
+  HashAtRest(*session);
   const auto finest = [&] {
     double most = 0;
     for (const VertexId vertex : testing::LiveVertices(session->mesh())) {
@@ -241,26 +227,26 @@ TEST(TensorFunctions, AreLimitedAfterwards) {
     return 1 / std::sqrt(most);
   };
   EXPECT_NEAR(finest(), 0.05, 1e-9);
-  ASSERT_TRUE(session->SetLimits(kOff).ok());
-  Finish(*session);
+  ASSERT_TRUE(session->SetLimits(kNoLimits).ok());
+  HashAtRest(*session);
   EXPECT_LT(finest(), 0.03) << "a formula forgets nothing";
-  ASSERT_TRUE(session->SetLimits(kGraded).ok());
-  Finish(*session);
+  ASSERT_TRUE(session->SetLimits(kGradedByHalf).ok());
+  HashAtRest(*session);
   EXPECT_TRUE(session->metric_report().limits);
   EXPECT_GE(session->metric_report().limited_complexity,
             session->metric_report().raw_complexity * (1 - 1e-6));
 }
 
 TEST(TensorFunctions, GoBackWithARollbackAndForthWithASavedSession) {
-  for (const MetricLimits& limits : {kOff, kGraded}) {
-    const auto session = Start(limits);
+  for (const MetricLimits& limits : {kNoLimits, kGradedByHalf}) {
+    const auto session = UniformSession(limits);
     ASSERT_TRUE(session->SetTensors({}, Various(*session)).ok());
-    const std::uint64_t alone = Finish(*session);
+    const std::uint64_t alone = HashAtRest(*session);
     ASSERT_TRUE(session->SetFunctions(kPoint, limits).ok());
     session->Rollback();
     EXPECT_EQ(session->functions(), nullptr);
     ASSERT_TRUE(session->SetFunctions(kPoint, limits).ok());
-    const std::uint64_t with = Finish(*session);
+    const std::uint64_t with = HashAtRest(*session);
     const Bytes saved = *session->Save();
     const auto loaded = Remesher::Load(saved);
     ASSERT_TRUE(loaded.ok()) << loaded.error().message;
@@ -286,20 +272,20 @@ TEST(TensorFunctions, GoBackWithARollbackAndForthWithASavedSession) {
     for (Remesher* each : {session.get(), loaded->get()}) {
       ASSERT_TRUE(each->SetTensors({&vertex, 1}, {&fine, 1}).ok());
     }
-    EXPECT_EQ(Finish(*session), Finish(**loaded));
+    EXPECT_EQ(HashAtRest(*session), HashAtRest(**loaded));
   }
 }
 
 // Goal: a way back that another object of the same session made serves a copy of it too.
 TEST(TensorFunctions, GoBackInACopyByTheWayOfTheOriginal) {
-  const auto session = Start();
-  ASSERT_TRUE(session->SetTensors({}, Various(*session), kOff, kPoint).ok());
-  Finish(*session);
+  const auto session = UniformSession();
+  ASSERT_TRUE(session->SetTensors({}, Various(*session), kNoLimits, kPoint).ok());
+  HashAtRest(*session);
   const Bytes first = *session->Save();
   const VertexId vertex = testing::LiveVertices(session->mesh())[50];
   const Metric fine = Metric::Isotropic(0.015);
   ASSERT_TRUE(session->SetTensors({&vertex, 1}, {&fine, 1}).ok());
-  Finish(*session);
+  HashAtRest(*session);
   const auto copy = Remesher::Load(*session->Save());
   ASSERT_TRUE(copy.ok());
   const auto back = session->TakeUndo();
@@ -332,11 +318,11 @@ Status MoveDisc(Remesher& session, Vec2 by, bool carries) {
 // displacement is the tensor without what the functions had made of it.
 TEST(TensorFunctions, AreAskedWhereVerticesAreMovedTo) {
   for (const bool carries : {false, true}) {
-    const auto session = Start();
-    ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kOff, kPoint).ok());
-    Finish(*session);
+    const auto session = UniformSession();
+    ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kNoLimits, kPoint).ok());
+    HashAtRest(*session);
     ASSERT_TRUE(MoveDisc(*session, {0.05, 0.02}, carries).ok());
-    Finish(*session);
+    HashAtRest(*session);
     ExpectFinestEverywhere(*session, 0, 0.051);
     const VertexId any = testing::LiveVertices(session->mesh())[3];
     ASSERT_TRUE(session->SetTensors({&any, 1}, {&kSlanted, 1}).ok());
@@ -349,7 +335,7 @@ TEST(TensorFunctions, AreAskedWhereVerticesAreMovedTo) {
 TEST(TensorFunctions, StayBehindWhereTensorsGoAlong) {
   const Vec2 center{0.3, 0.5};
   const Vec2 by{0.1, 0};
-  const auto session = Start();
+  const auto session = UniformSession();
   const FunctionsSpec functions{.parts = {SizeMetric{"0.01 + 0.5*hypot(x - 0.3, y - 0.5)"}}};
   const auto tensors = [&] {
     std::vector<Metric> all;
@@ -361,8 +347,8 @@ TEST(TensorFunctions, StayBehindWhereTensorsGoAlong) {
   };
   // Twice, for the first mesh is too coarse to know them.
   for (int i = 0; i < 2; ++i) {
-    ASSERT_TRUE(session->SetTensors({}, tensors(), kOff, functions).ok());
-    Finish(*session);
+    ASSERT_TRUE(session->SetTensors({}, tensors(), kNoLimits, functions).ok());
+    HashAtRest(*session);
   }
   const auto size_at = [&](Vec2 p) {
     std::int32_t hint = MetricField::kNoHint;
@@ -370,13 +356,13 @@ TEST(TensorFunctions, StayBehindWhereTensorsGoAlong) {
   };
   EXPECT_LT(size_at(center), 0.013) << "of the function";
   ASSERT_TRUE(MoveDisc(*session, by, /*carries=*/true).ok());
-  Finish(*session);
+  HashAtRest(*session);
   EXPECT_NEAR(size_at(center + by), 0.025, 0.007) << "of the tensor: neither 0.01 nor 0.05";
   EXPECT_LT(size_at(center), 0.015) << "the function is still here";
 }
 
 TEST(TensorFunctions, ThatHadNoValueForAStepThatWasTakenBackAreAskedAgain) {
-  const auto session = Start();
+  const auto session = UniformSession();
   const VertexId corner = [&] {
     for (const VertexId vertex : testing::LiveVertices(session->mesh())) {
       if (session->mesh().position(vertex) == Vec2{1, 1}) return vertex;
@@ -385,24 +371,24 @@ TEST(TensorFunctions, ThatHadNoValueForAStepThatWasTakenBackAreAskedAgain) {
   }();
   ASSERT_TRUE(corner.valid());
   const FunctionsSpec here{.parts = {SizeMetric{"x < 1.001 ? 0.1 : sqrt(x - 9)"}}};
-  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kOff, here).ok());
-  Finish(*session);
+  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kNoLimits, here).ok());
+  HashAtRest(*session);
   const MotionRequest motion{.vertices = {corner}, .positions = {{1.05, 1}}, .tags = {}};
   ASSERT_TRUE(MoveVertices(*session, motion).ok());
   const auto step = session->Step({});
   ASSERT_FALSE(step.ok());
   EXPECT_EQ(step.error().code, ErrorCode::kExpressionValue);
   session->Rollback();
-  ASSERT_TRUE(session->SetFunctions(here, kOff).ok());
+  ASSERT_TRUE(session->SetFunctions(here, kNoLimits).ok());
   EXPECT_TRUE(session->Step({}).ok());
 }
 
 TEST(TensorFunctions, ThatHaveNoValueAreRefusedAndNothingChanges) {
-  const auto session = Start();
-  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kOff, kPoint).ok());
-  const std::uint64_t hash = Finish(*session);
+  const auto session = UniformSession();
+  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kNoLimits, kPoint).ok());
+  const std::uint64_t hash = HashAtRest(*session);
   const auto code = [&](const FunctionsSpec& functions) {
-    const Status status = session->SetTensors({}, Various(*session), kOff, functions);
+    const Status status = session->SetTensors({}, Various(*session), kNoLimits, functions);
     return status.ok() ? ErrorCode{} : status.error().code;
   };
   EXPECT_EQ(code({.parts = {SizeMetric{"0.1 +"}}}), ErrorCode::kExpressionSyntax);
@@ -416,29 +402,29 @@ TEST(TensorFunctions, ThatHaveNoValueAreRefusedAndNothingChanges) {
 }
 
 TEST(TensorFunctions, NeedARevision) {
-  const MetricSpec spec{.source = SizeMetric{"0.1"}, .gradation = kOff.gradation};
+  const MetricSpec spec{.source = SizeMetric{"0.1"}, .gradation = kNoLimits.gradation};
   const auto session = Remesher::Create(testing::GridData(8, 8), spec, {});
   ASSERT_TRUE(session.ok());
-  const Status status = (*session)->SetTensors({}, Slanted(**session), kOff, kPoint);
+  const Status status = (*session)->SetTensors({}, Slanted(**session), kNoLimits, kPoint);
   ASSERT_FALSE(status.ok());
   EXPECT_EQ(status.error().code, ErrorCode::kRevisionNotFound);
 }
 
 TEST(TensorFunctions, ThatAreCancelledLeaveThoseOfBefore) {
-  const auto session = Start();
-  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kOff, kPoint).ok());
-  Finish(*session);
+  const auto session = UniformSession();
+  ASSERT_TRUE(session->SetTensors({}, Slanted(*session), kNoLimits, kPoint).ok());
+  HashAtRest(*session);
   const StopFlag stop(true);
   session->ListenTo(&stop);
   FunctionsSpec later = kPoint;
   later.time = 0.2;
-  EXPECT_EQ(session->SetFunctions(later, kOff).error().code, ErrorCode::kCancelled);
+  EXPECT_EQ(session->SetFunctions(later, kNoLimits).error().code, ErrorCode::kCancelled);
   EXPECT_EQ(session->SetTensors({}, Various(*session)).error().code, ErrorCode::kCancelled);
-  EXPECT_EQ(session->SetTensors({}, Various(*session), kGraded, kPoint).error().code,
+  EXPECT_EQ(session->SetTensors({}, Various(*session), kGradedByHalf, kPoint).error().code,
             ErrorCode::kCancelled);
   session->ListenTo(nullptr);
   EXPECT_EQ(*session->functions(), kPoint);
-  EXPECT_EQ(session->limits(), kOff);
+  EXPECT_EQ(session->limits(), kNoLimits);
   ASSERT_TRUE(session->Step({}).ok());
   EXPECT_TRUE(session->Commit().empty());
 }

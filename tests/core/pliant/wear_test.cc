@@ -16,13 +16,13 @@
 namespace pliant {
 namespace {
 
-constexpr double kNodes = 5'000;
+constexpr double kWornNodes = 5'000;
 constexpr double kRadius = 0.25;
 
-/// The metric of a mesh of kNodes nodes in the unit square, and in a disc in its middle one for
+/// The metric of a mesh of kWornNodes nodes in the unit square, and in a disc in its middle one for
 /// edges `factor` times shorter, with a transition of half a radius.
 std::unique_ptr<MetricField> FieldWith(double factor) {
-  const double size = std::sqrt(2 / (std::sqrt(3.0) * kNodes));
+  const double size = std::sqrt(2 / (std::sqrt(3.0) * kWornNodes));
   const auto field = [=](Vec2 p) {
     const double distance = std::hypot(p.x - 0.5, p.y - 0.5);
     const double outwards = std::clamp((distance - kRadius) / (0.5 * kRadius), 0.0, 1.0);

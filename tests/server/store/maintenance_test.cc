@@ -8,6 +8,7 @@
 #include <string>
 #include <utility>
 
+#include "tests/support/store_testing.h"
 #include "tests/support/temporary_folder.h"
 
 namespace pliant::server {
@@ -17,20 +18,7 @@ using testing::IsEmpty;
 
 const StoreKey kKey{DocumentKind::kSession, "t", "s"};
 
-std::unique_ptr<SqliteStore> Open(const std::string& directory) {
-  auto store = SqliteStore::Open({.directory = directory, .vfs = {}});
-  EXPECT_TRUE(store.ok()) << (store.ok() ? "" : store.error().message);
-  return std::move(store).value();
-}
-
-template <class Write>
-Status Do(Write write) {
-  std::promise<Status> promise;
-  write([&](const Status& status) { promise.set_value(status); });
-  return promise.get_future().get();
-}
-
-Status Append(Store& store, std::int64_t number) {
+Status AppendRecord(Store& store, std::int64_t number) {
   const Bytes record(3000, static_cast<std::byte>(number));
   return Do([&](auto done) {
     store.Append(kKey, Epoch::kFirst, {.first = number, .records = {record}, .head = {}}, done);
@@ -44,16 +32,16 @@ TEST(BackUpStore, CopiesAStoreThatIsInUse) {
   const std::string copy = folder.path() + "/copy";
   const auto store = Open(options.directory);
   ASSERT_TRUE(Do([&](auto done) { store->Create(kKey, {}, done); }).ok());
-  ASSERT_TRUE(Append(*store, 1).ok());
+  ASSERT_TRUE(AppendRecord(*store, 1).ok());
   const Status done = BackUpStore(options, copy);
   ASSERT_TRUE(done.ok()) << done.error().message;
-  ASSERT_TRUE(Append(*store, 2).ok());
+  ASSERT_TRUE(AppendRecord(*store, 2).ok());
   EXPECT_EQ(BackUpStore(options, copy).error().code, ErrorCode::kFileUnwritable)
       << "a copy must not be overwritten";
   EXPECT_THAT(*CheckStore({.directory = copy, .vfs = {}}), IsEmpty());
   const auto other = Open(copy);
   EXPECT_EQ(other->Load(kKey)->records.size(), 1u);
-  EXPECT_TRUE(Append(*other, 2).ok()) << "the copy is a store like any other";
+  EXPECT_TRUE(AppendRecord(*other, 2).ok()) << "the copy is a store like any other";
   EXPECT_THAT(*CheckStore(options), IsEmpty()) << "also while it is in use";
 }
 

@@ -7,7 +7,7 @@
 namespace pliant::server {
 namespace {
 
-const StoreKey kKey{DocumentKind::kSession, "tenant", "name"};
+const StoreKey kRowKey{DocumentKind::kSession, "tenant", "name"};
 
 class SqliteRowsTest : public testing::Test {
  protected:
@@ -43,17 +43,18 @@ TEST_F(SqliteRowsTest, KeepsDocumentsApartAndInOrder) {
 }
 
 TEST_F(SqliteRowsTest, OnlyTheNewestEpochOwnsADocument) {
-  DocumentRow row = NewRow(kKey);
-  EXPECT_TRUE(OwnedDocument(*connection_, kKey, Epoch::kFirst).ok());
+  DocumentRow row = NewRow(kRowKey);
+  EXPECT_TRUE(OwnedDocument(*connection_, kRowKey, Epoch::kFirst).ok());
   row.head.epoch = Epoch(2);
   PutDocument(*connection_, row);
-  EXPECT_EQ(OwnedDocument(*connection_, kKey, Epoch::kFirst).error().code, ErrorCode::kSessionBusy);
-  EXPECT_TRUE(OwnedDocument(*connection_, kKey, Epoch(2)).ok());
+  EXPECT_EQ(OwnedDocument(*connection_, kRowKey, Epoch::kFirst).error().code,
+            ErrorCode::kSessionBusy);
+  EXPECT_TRUE(OwnedDocument(*connection_, kRowKey, Epoch(2)).ok());
 }
 
 // Method: 2.5 MiB that do not compress make three rows; one is lost, one stands in another's place.
 TEST_F(SqliteRowsTest, PutsLongBytesTogetherAgainAndMissesNone) {
-  const DocumentRow row = NewRow(kKey);
+  const DocumentRow row = NewRow(kRowKey);
   Bytes bytes(5 << 19);
   std::uint64_t x = 1;
   for (std::byte& byte : bytes) {
@@ -61,7 +62,7 @@ TEST_F(SqliteRowsTest, PutsLongBytesTogetherAgainAndMissesNone) {
     byte = static_cast<std::byte>(x >> 56);
   }
   const RowPlace place{RowPart::kSnapshot, 4};
-  const PackedPieces pieces = PackPieces(bytes, kKey, place);
+  const PackedPieces pieces = PackPieces(bytes, kRowKey, place);
   ASSERT_EQ(pieces.size(), 3u);
   EXPECT_GE(SizeOf(pieces), bytes.size());
   for (std::size_t i = 0; i < 3; ++i) PutPiece(*connection_, row.id, place, pieces, i);

@@ -15,6 +15,7 @@
 
 #include "server/store/maintenance.h"
 #include "tests/support/faulty_vfs.h"
+#include "tests/support/store_testing.h"
 #include "tests/support/temporary_folder.h"
 
 namespace pliant::server {
@@ -27,19 +28,6 @@ using testing::IsEmpty;
 Bytes Filled(std::size_t size, int value) { return Bytes(size, static_cast<std::byte>(value)); }
 
 StoreKey KeyOf(int i) { return {DocumentKind::kSession, "t", "s" + std::to_string(i)}; }
-
-std::unique_ptr<SqliteStore> Open(const std::string& directory, const std::string& vfs = {}) {
-  auto store = SqliteStore::Open({.directory = directory, .vfs = vfs});
-  EXPECT_TRUE(store.ok()) << (store.ok() ? "" : store.error().message);
-  return store.ok() ? std::move(store).value() : nullptr;
-}
-
-template <class Write>
-Status Do(Write write) {
-  std::promise<Status> promise;
-  write([&](const Status& status) { promise.set_value(status); });
-  return promise.get_future().get();
-}
 
 Status Append(Store& store, int session, std::int64_t number, const Bytes& record) {
   return Do([&](auto done) {
