@@ -30,6 +30,14 @@ FOLDERS = ("core", "proto", "server", "client")
 GROUP = 24  # Files in one; more would leave cores idle at the end.
 
 
+def compiled(file):
+    """The sources that `file` of a build is made of: several where CMake has joined them."""
+    if not re.fullmatch(r"unity_.*_cxx\.cxx", file.name):
+        return [file.resolve()]
+    included = re.findall(r'^#include "(.*)"', file.read_text(), re.MULTILINE)
+    return [(file.parent / name).resolve() for name in included]
+
+
 def commands(build, regex):
     """The command line of each of our sources that the build compiles, by source.
 
@@ -38,11 +46,11 @@ def commands(build, regex):
     """
     found = {}
     for entry in json.loads((build / "compile_commands.json").read_text()):
-        source = pathlib.Path(entry["directory"], entry["file"]).resolve()
-        if TOP in source.parents and source.relative_to(TOP).parts[0] in FOLDERS:
-            if re.search(regex, str(source.relative_to(TOP))):
-                if source not in found or "-DPLIANT_VALIDATE_EVERY" in entry["command"]:
-                    found[source] = re.sub(r" -fPI[CE]| -o .*", "", entry["command"])
+        for source in compiled(pathlib.Path(entry["directory"], entry["file"])):
+            if TOP in source.parents and source.relative_to(TOP).parts[0] in FOLDERS:
+                if re.search(regex, str(source.relative_to(TOP))):
+                    if source not in found or "-DPLIANT_VALIDATE_EVERY" in entry["command"]:
+                        found[source] = re.sub(r" -fPI[CE]| -o .*", "", entry["command"])
     return found
 
 

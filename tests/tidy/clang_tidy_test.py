@@ -43,6 +43,14 @@ class Groups(WithFiles):
         self.assertEqual(list(clang_tidy.groups([(a, "x"), (b, "x")])), [[a], [b]])
 
 
+class Compiled(WithFiles):
+    def test_is_a_file_itself_or_what_cmake_has_joined_in_it(self):
+        a, b = (self.write(f"{name}.cc", "") for name in "ab")
+        self.assertEqual(clang_tidy.compiled(a), [a.resolve()])
+        joined = self.write("unity_core_0_cxx.cxx", f'#include "a.cc"\n#include "{b}"\n')
+        self.assertEqual(clang_tidy.compiled(joined), [a.resolve(), b.resolve()])
+
+
 class Complaints(WithFiles):
     def complaints(self, *sources):
         folder = pathlib.Path(self.folder.name)
