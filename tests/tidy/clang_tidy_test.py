@@ -73,6 +73,13 @@ class Complaints(WithFiles):
             self.assertIn("misc-unused-using-decls", found[faulty])
             self.assertIn(f"{faulty}:2:", found[faulty])
 
+    def test_leaves_out_the_check_that_it_is_told_to(self):
+        a = self.write("a.cc", "#include <utility>\nusing std::move;\n")
+        folder = pathlib.Path(self.folder.name)
+        [(_, found)] = clang_tidy.complaints(PROGRAM, folder, [a], COMMAND,
+                                             without="misc-unused-using-decls")
+        self.assertEqual(found, "")
+
     def test_looks_alone_at_what_cannot_stand_together(self):
         a, b = self.write("a.cc", CLEAN), self.write("b.cc", CLEAN.replace("First", "Second"))
         self.assertEqual(self.complaints(a, b), {a: "", b: ""})
