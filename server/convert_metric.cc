@@ -259,8 +259,8 @@ Result<MetricSpec> ConvertFirstMetric(const v1::CreateSession& create,
 Result<MetricUpdate> ConvertMetricUpdate(const v1::MetricUpdate& wire) {
   PLIANT_ASSIGN_OR_RETURN(MetricUpdate update, ConvertLimits(wire));
   if (wire.has_displacement()) {
-    if (std::ranges::any_of(wire.sources(), IsAtVertices)) {
-      return NotYet("A displacement together with values at vertices", "metric.displacement");
+    if (std::ranges::any_of(wire.sources(), &v1::MetricSource::has_solution)) {
+      return NotYet("A displacement together with a solution", "metric.displacement");
     }
     PLIANT_ASSIGN_OR_RETURN(update.displacement, ConvertDisplacement(wire.displacement()));
   }

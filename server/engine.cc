@@ -9,6 +9,7 @@
 #include "core/motion/replace_domain.h"
 #include "core/motion/soften.h"
 #include "core/pliant/displace.h"
+#include "core/pliant/displace_tensors.h"
 #include "core/pliant/followed_metric.h"
 
 namespace pliant::server {
@@ -102,6 +103,11 @@ class RemesherEngine final : public Engine {
     has_updates_ = true;
     DisplaceVertices displacement(vertices, by);
     return remesher_->Apply(displacement);
+  }
+  Status SetTensorsAhead(const TensorsAhead& request, const TensorTerms& terms) override {
+    has_updates_ = true;
+    return pliant::SetTensorsAhead(*remesher_, request,
+                                   {terms.limits, terms.functions ? &*terms.functions : nullptr});
   }
   std::vector<VertexId> Vertices() const override { return LiveVertices(remesher_->mesh()); }
   TroubleSearch WhereTroublesMayBe() const override { return remesher_->WhereTroublesMayBe(); }
@@ -237,6 +243,10 @@ Status Engine::SetFunctions(const FunctionsSpec&, const MetricLimits&) {
 }
 
 Status Engine::Displace(std::span<const VertexId>, std::span<const Vec2>) {
+  return Error{ErrorCode::kUnimplemented, "this engine displaces nothing", {}};
+}
+
+Status Engine::SetTensorsAhead(const TensorsAhead&, const TensorTerms&) {
   return Error{ErrorCode::kUnimplemented, "this engine displaces nothing", {}};
 }
 

@@ -22,6 +22,7 @@
 #include "core/pliant/quality.h"
 #include "core/pliant/remesher.h"
 #include "core/pliant/revision_delta.h"
+#include "core/pliant/tensors_ahead.h"
 #include "core/threads/thread_pool.h"
 
 namespace pliant::server {
@@ -90,6 +91,8 @@ class Engine {
   /// Lets vertices go along with the metric's features, and their tensors with them: see
   /// pliant::DisplaceVertices. An engine that cannot says so.
   virtual Status Displace(std::span<const VertexId> vertices, std::span<const Vec2> by);
+  /// As pliant::SetTensorsAhead, on these terms. An engine that cannot says so.
+  virtual Status SetTensorsAhead(const TensorsAhead& request, const TensorTerms& terms);
   /// Live vertices now, ascending.
   [[nodiscard]] virtual std::vector<VertexId> Vertices() const = 0;
   /// What to look at, before a commit, and the look, right after it.

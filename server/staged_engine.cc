@@ -177,7 +177,9 @@ Status StagedEngine::Stage(const MetricUpdate& update) {
   Status status;
   if (update.displacement) {
     engine_->ListenTo(nullptr);  // What is displaced stays so.
-    status = Displace(*update.displacement);
+    // Tensors say where vertices go, so that the engine takes both at once.
+    const bool is_together = std::holds_alternative<VertexTensors>(update.source);
+    if (!is_together) status = Displace(*update.displacement);
   }
   if (!status.ok()) {
     tainted_ = true;
@@ -207,7 +209,10 @@ Status StagedEngine::SetSource(const MetricUpdate& update) {
   const bool keeps_tensors = keeps_source && spec_ == nullptr;
   if (tensors == nullptr && solution == nullptr && !keeps_tensors) return SetSpec(update);
   PLIANT_ASSIGN_OR_RETURN(const std::optional<FunctionsSpec> functions, FunctionsOf(update));
-  if (tensors != nullptr) return SetTensors(*tensors, {limits, functions});
+  if (tensors != nullptr) {
+    const auto& moved = update.displacement;
+    return SetTensors(*tensors, {limits, functions}, moved ? &*moved : nullptr);
+  }
   if (solution != nullptr) return SetSolution(*solution, {limits, functions});
   return functions ? engine_->SetFunctions(*functions, limits) : engine_->SetLimits(limits);
 }
@@ -354,7 +359,8 @@ Status StagedEngine::SetSolution(const SolutionRequest& request, const TensorTer
   return {};
 }
 
-Status StagedEngine::SetTensors(const VertexTensors& tensors, const TensorTerms& terms) {
+Status StagedEngine::SetTensors(const VertexTensors& tensors, const TensorTerms& terms,
+                                const DisplacementUpdate* moved) {
   const auto current = static_cast<std::int64_t>(revision());
   if (revision() == Revision::kNone) {
     return Error{ErrorCode::kRevisionMismatch,
@@ -368,18 +374,31 @@ Status StagedEngine::SetTensors(const VertexTensors& tensors, const TensorTerms&
                      "; the session is at " + std::to_string(current),
                  "metric.revision"};
   }
+  const std::vector<VertexId> all;
+  const std::vector<VertexId>& vertices = tensors.vertices ? *tensors.vertices : all;
   // For the engine no vertices means all of them; from a client an empty list is an empty list.
-  if (tensors.vertices && tensors.vertices->empty()) {
+  const bool is_of_none = tensors.vertices && vertices.empty();
+  if (moved != nullptr) {
+    PLIANT_RETURN_IF_ERROR(CheckRevision(moved->revision, "metric.displacement.revision"));
+    if (moved->vertices.empty()) {
+      moved = nullptr;
+    } else if (is_of_none) {
+      PLIANT_RETURN_IF_ERROR(Displace(*moved));
+    }
+  }
+  if (is_of_none) {
     if (terms.functions) {
       PLIANT_RETURN_IF_ERROR(engine_->SetFunctions(*terms.functions, terms.limits));
     } else {
-      if (terms.limits == engine_->limits()) return {};
+      if (terms.limits == engine_->limits() && moved == nullptr) return {};
       PLIANT_RETURN_IF_ERROR(engine_->SetLimits(terms.limits));
     }
-  } else {
-    const std::vector<VertexId> all;
+  } else if (moved != nullptr) {
+    stepped_ = true;  // Also where the tensors are refused, when vertices may have moved.
     PLIANT_RETURN_IF_ERROR(
-        engine_->SetTensors(tensors.vertices ? *tensors.vertices : all, tensors.tensors, terms));
+        engine_->SetTensorsAhead({moved->vertices, moved->by, vertices, tensors.tensors}, terms));
+  } else {
+    PLIANT_RETURN_IF_ERROR(engine_->SetTensors(vertices, tensors.tensors, terms));
   }
   spec_ = nullptr;
   return {};

@@ -113,7 +113,9 @@ class StagedEngine {
   void EndStage();
   Status SetSpec(const MetricUpdate& update);
   Status SetSource(const MetricUpdate& update);
-  Status SetTensors(const VertexTensors& tensors, const TensorTerms& terms);
+  /// @param moved  comes before the tensors, which are those of where it leads; null: none
+  Status SetTensors(const VertexTensors& tensors, const TensorTerms& terms,
+                    const DisplacementUpdate* moved);
   [[nodiscard]] double TimeNow() const;
   [[nodiscard]] Result<std::optional<FunctionsSpec>> FunctionsOf(const MetricUpdate& update) const;
   Status Move(const MotionUpdate& update);

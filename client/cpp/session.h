@@ -17,6 +17,7 @@
 #include "core/motion/motion.h"
 #include "core/pliant/frozen.h"
 #include "core/pliant/quality.h"
+#include "core/pliant/tensors_ahead.h"
 #include "core/transfer/field_set.h"
 
 namespace pliant::client {
@@ -79,6 +80,11 @@ class Session {
   Status UpdateTensors(std::span<const VertexId> vertices, std::span<const Metric> tensors,
                        const FunctionsSpec& functions,
                        const std::optional<MetricLimits>& limits = std::nullopt);
+  /// The same with a displacement, as in Displace: row i is the tensor at the place of vertex i in
+  /// the replica plus its displacement. Errors: also those of Displace.
+  /// @param functions  as above; null: as without
+  Status UpdateTensors(const TensorsAhead& ahead, const FunctionsSpec* functions = nullptr,
+                       const std::optional<MetricLimits>& limits = std::nullopt);
   /// Stages other functions, or another time of theirs, for the tensors that vertices have.
   Status UpdateFunctions(const FunctionsSpec& functions,
                          const std::optional<MetricLimits>& limits = std::nullopt);
@@ -88,9 +94,9 @@ class Session {
   Status UpdateLimits(const MetricLimits& limits);
 
   /// Stages where the metric's features have moved: vertices of the replica's revision go along,
-  /// and so does their metric, unless UpdateMetric follows. A help and no order; see
-  /// MetricDisplacement of the protocol. Errors: kArrayLength, kIndexOutOfRange, kDuplicateId,
-  /// kNotFinite (index = row), kRevisionMismatch.
+  /// and so does their metric, unless UpdateMetric follows; for tensors, UpdateTensors takes both.
+  /// A help and no order; see MetricDisplacement of the protocol. Errors: kArrayLength,
+  /// kIndexOutOfRange, kDuplicateId, kNotFinite (index = row), kRevisionMismatch.
   Status Displace(std::span<const VertexId> vertices, std::span<const Vec2> by);
 
   /// Stages another domain; whatever both have in common keeps its ids. Errors: those of

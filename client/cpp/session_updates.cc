@@ -13,13 +13,19 @@ namespace pliant::client {
 namespace {
 
 /// @param update  of the replica's revision, whatever it says
+/// @param ahead   what is displaced; null: nothing
 template <class Impl>
-Status SendTensors(Impl& session, VertexTensors update, const std::optional<MetricLimits>& limits) {
+Status SendTensors(Impl& session, VertexTensors update, const std::optional<MetricLimits>& limits,
+                   const TensorsAhead* ahead = nullptr) {
   update.revision = session.replica().revision();
   return session.Update([&](wire::ColumnWriter& columns) {
     v1::EditRequest request;
     *request.mutable_metric() = ToWire(update, columns);
     if (limits) *request.mutable_metric()->mutable_limits() = ToWire(*limits);
+    if (ahead != nullptr) {
+      *request.mutable_metric()->mutable_displacement() =
+          DisplacementToWire(ahead->displaced, ahead->by, update.revision, columns);
+    }
     return request;
   });
 }
@@ -44,6 +50,13 @@ Status Session::UpdateTensors(std::span<const VertexId> vertices, std::span<cons
                               const std::optional<MetricLimits>& limits) {
   return SendTensors(*impl_, {.vertices = vertices, .tensors = tensors, .functions = &functions},
                      limits);
+}
+
+Status Session::UpdateTensors(const TensorsAhead& ahead, const FunctionsSpec* functions,
+                              const std::optional<MetricLimits>& limits) {
+  return SendTensors(*impl_,
+                     {.vertices = ahead.vertices, .tensors = ahead.tensors, .functions = functions},
+                     limits, &ahead);
 }
 
 Status Session::UpdateFunctions(const FunctionsSpec& functions,

@@ -13,7 +13,6 @@
 #include "core/mesh/place_map.h"
 #include "core/mesh/scan_pays.h"
 #include "core/mesh/star.h"
-#include "core/pliant/refill.h"
 #include "core/pliant/slide.h"
 
 namespace pliant {
@@ -96,7 +95,9 @@ class Displacer {
                     return Before(vertex);
                   },
                   .count_max = static_cast<std::size_t>(displaced_.removed_count)};
-    displaced_.created = RefillGap(edit_, gap);
+    displaced_.fillers = RefillGap(edit_, gap);
+    for (const Filler& filler : displaced_.fillers) displaced_.created.push_back(filler.vertex);
+    std::sort(displaced_.created.begin(), displaced_.created.end());
     displaced_.disturbed.insert(displaced_.disturbed.end(), displaced_.created.begin(),
                                 displaced_.created.end());
   }
@@ -284,9 +285,11 @@ Result<MeshChange::Outcome> DisplaceVertices::Apply(MeshEdit& edit) {
     list.push_back({vertices_[i], *place});
   }
   Outcome outcome;
+  displaced_count_ = 0;
+  fillers_.clear();
   std::optional<Displaced> displaced = Displace(edit, list, behind_);
   if (!displaced) return outcome;
-  displaced_count_ = 0;
+  fillers_ = std::move(displaced->fillers);
   outcome.follows_front = true;
   outcome.disturbed = std::move(displaced->disturbed);
   for (const Displacement& one : list) {

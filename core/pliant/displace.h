@@ -9,6 +9,7 @@
 #include "core/geometry/vec2.h"
 #include "core/mesh/mesh_edit.h"
 #include "core/pliant/mesh_change.h"
+#include "core/pliant/refill.h"
 
 namespace pliant {
 
@@ -22,6 +23,7 @@ struct Displacement {
 struct Displaced {
   std::vector<VertexId> disturbed;  ///< Live vertices at triangles of another shape, ascending.
   std::vector<VertexId> created;    ///< New ones, where others were: among them; ascending.
+  std::vector<Filler> fillers;      ///< The same in the order in which they were made.
   std::int64_t removed_count = 0;   ///< Vertices that were run over.
 };
 
@@ -51,10 +53,10 @@ enum class Behind {
 /// A displacement that a client sends with a metric, because it knows how a feature moves that the
 /// metric follows: a help, no order. Given vertices stay, others on constrained edges slide along
 /// them where the displacement leads there; if the way is blocked, everyone stays. Tensors go along
-/// with their vertices, so that new tensors sent in the same revision are those of the vertices
-/// where they are then. Errors of Apply, with `field` "metric.displacements": kArrayLength,
-/// kIndexOutOfRange (not a live vertex), kDuplicateId, kNotFinite; index = position in the given
-/// span.
+/// with their vertices, so that tensors that are set afterwards are those of the vertices where
+/// they are then; DisplaceWithTensors takes them beforehand. Errors of Apply, with `field`
+/// "metric.displacements": kArrayLength, kIndexOutOfRange (not a live vertex), kDuplicateId,
+/// kNotFinite; index = position in the given span.
 class DisplaceVertices final : public MeshChange {
  public:
   /// @param by  one for each vertex, in domain units. Both must outlive this.
@@ -67,17 +69,21 @@ class DisplaceVertices final : public MeshChange {
     behind_ = permissions.insert ? Behind::kRefilled : Behind::kLeft;
   }
 
-  /// Vertices that were displaced; 0 if the way was blocked.
-  [[nodiscard]] std::int64_t displaced_count() const { return displaced_count_; }
-
- private:
+  /// The errors of Apply, before anything is done.
   [[nodiscard]] Status Check(const Mesh& mesh) const;
 
+  /// Vertices that were displaced; 0 if the way was blocked.
+  [[nodiscard]] std::int64_t displaced_count() const { return displaced_count_; }
+  /// New vertices in the gap, in the order in which they were made.
+  [[nodiscard]] std::span<const Filler> fillers() const { return fillers_; }
+
+ private:
   std::span<const VertexId> vertices_;
   std::span<const Vec2> by_;
   bool slides_ = true;
   Behind behind_ = Behind::kRefilled;
   std::int64_t displaced_count_ = 0;
+  std::vector<Filler> fillers_;
 };
 
 }  // namespace pliant

@@ -23,6 +23,12 @@ namespace pliant {
 /// Live vertices in ascending order of slot, for a request that names none. @par Cost O(mesh)
 [[nodiscard]] std::vector<VertexId> LiveVertices(const Mesh& mesh);
 
+/// Refuses tensors at vertices that no metric can have. Errors: those of Remesher::SetTensors.
+/// @param stop  null: nobody; else kCancelled if it asks to
+[[nodiscard]] Status CheckTensorsAt(const Mesh& mesh, std::span<const VertexId> vertices,
+                                    std::span<const Metric> tensors,
+                                    const StopSignal* stop = nullptr);
+
 /// The metric that a session follows: as it was sent, and limited.
 ///
 /// A formula, a background mesh or a field of the caller's own is asked as it is. Once tensors at
@@ -114,10 +120,12 @@ class FollowedMetric {
                                                const MetricSpec* spec, WantedTensors raw,
                                                const StopSignal* stop = nullptr);
 
-  /// Refuses what SetTensors cannot take. Errors: those of Remesher::SetTensors.
+  /// Refuses what SetTensors cannot take.
   [[nodiscard]] Status CheckTensors(std::span<const VertexId> vertices,
                                     std::span<const Metric> tensors,
-                                    const StopSignal* stop = nullptr) const;
+                                    const StopSignal* stop = nullptr) const {
+    return CheckTensorsAt(mesh_, vertices, tensors, stop);
+  }
 
   /// Refuses functions that have no value at a vertex. @par Cost O(mesh)
   [[nodiscard]] Status CheckAtVertices(const MetricFunctions& functions,

@@ -63,8 +63,8 @@ Status FollowedMetric::Check(const MetricLimits& limits) {
   return CheckGradation(limits.gradation);
 }
 
-Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
-                                    std::span<const Metric> tensors, const StopSignal* stop) const {
+Status CheckTensorsAt(const Mesh& mesh, std::span<const VertexId> vertices,
+                      std::span<const Metric> tensors, const StopSignal* stop) {
   if (vertices.size() != tensors.size()) {
     return Error{ErrorCode::kArrayLength,
                  "there are " + std::to_string(tensors.size()) + " tensors for " +
@@ -74,7 +74,7 @@ Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
   StopPoll stopped(stop);
   for (std::size_t i = 0; i < vertices.size(); ++i) {
     if (stopped()) return Stopped();
-    if (!mesh_.IsLive(vertices[i])) {
+    if (!mesh.IsLive(vertices[i])) {
       return TensorError(
           ErrorCode::kIndexOutOfRange, "metric.vertex_ids", i,
           "is " + std::to_string(vertices[i].value()) + ", which is no vertex of this revision");
@@ -87,7 +87,7 @@ Status FollowedMetric::CheckTensors(std::span<const VertexId> vertices,
                          "is not positive definite; m11, m22 and m11 m22 - m12^2 must be > 0");
     }
   }
-  return CheckDuplicates(mesh_, vertices, stop);
+  return CheckDuplicates(mesh, vertices, stop);
 }
 
 Status FollowedMetric::CheckAtVertices(const MetricFunctions& functions,

@@ -32,12 +32,11 @@ class Refiller {
   Refiller(MeshEdit& edit, const Gap& gap)
       : edit_(edit), mesh_(edit.mesh()), gap_(gap), flipper_(edit) {}
 
-  std::vector<VertexId> Run() {
+  std::vector<Filler> Run() {
     FindRim();
     for (std::size_t next = 0; next < waiting_.size() && made_.size() < gap_.count_max; ++next) {
       Fill(waiting_[next]);
     }
-    std::sort(made_.begin(), made_.end());
     return std::move(made_);
   }
 
@@ -117,16 +116,18 @@ class Refiller {
   }
 
   std::optional<VertexId> Insert(TriangleId id, Vec2 p) {
-    const Metric metric = Between(id, p);
+    const std::array<double, 3> shares = SharesOf(id, p);
+    const Metric metric = Between(id, shares);
     if (!HasRoom(id, p, metric)) return std::nullopt;
     const Side side = SideToSplit(id, p);
     if (!side.triangle.valid()) return std::nullopt;
-    const std::int32_t hint = mesh_.hint(mesh_.triangle(id).vertices[0]);
+    const std::array<VertexId, 3> corners = mesh_.triangle(id).vertices;
+    const std::int32_t hint = mesh_.hint(corners[0]);
     const VertexId vertex = edit_.SplitEdge(side, p, 0);
     edit_.SetMetric(vertex, metric);
     edit_.Hint(vertex) = hint;
     flipper_.AroundInserted(vertex);
-    made_.push_back(vertex);
+    made_.push_back({vertex, corners, shares});
     is_made_.Add(vertex, 0);
     return vertex;
   }
@@ -136,13 +137,17 @@ class Refiller {
     return {mesh_.position(v[0]), mesh_.position(v[1]), mesh_.position(v[2])};
   }
 
-  [[nodiscard]] Metric Between(TriangleId id, Vec2 p) const {
-    const auto& v = mesh_.triangle(id).vertices;
+  /// Barycentric weights.
+  [[nodiscard]] std::array<double, 3> SharesOf(TriangleId id, Vec2 p) const {
     const auto [a, b, c] = CornersOf(id);
     const double area = Cross(b - a, c - a);
-    return Exp((Cross(b - p, c - p) / area) * Log(mesh_.metric(v[0])) +
-               (Cross(c - p, a - p) / area) * Log(mesh_.metric(v[1])) +
-               (Cross(a - p, b - p) / area) * Log(mesh_.metric(v[2])));
+    return {Cross(b - p, c - p) / area, Cross(c - p, a - p) / area, Cross(a - p, b - p) / area};
+  }
+
+  [[nodiscard]] Metric Between(TriangleId id, const std::array<double, 3>& shares) const {
+    const auto& v = mesh_.triangle(id).vertices;
+    return Exp(shares[0] * Log(mesh_.metric(v[0])) + shares[1] * Log(mesh_.metric(v[1])) +
+               shares[2] * Log(mesh_.metric(v[2])));
   }
 
   [[nodiscard]] bool HasRoom(TriangleId id, Vec2 p, const Metric& metric) const {
@@ -197,14 +202,12 @@ class Refiller {
   Star star_;
   std::vector<Left> waiting_;
   PlaceMap seen_;
-  std::vector<VertexId> made_;
+  std::vector<Filler> made_;
   PlaceMap is_made_;
 };
 
 }  // namespace
 
-std::vector<VertexId> RefillGap(MeshEdit& edit, const Gap& gap) {
-  return Refiller(edit, gap).Run();
-}
+std::vector<Filler> RefillGap(MeshEdit& edit, const Gap& gap) { return Refiller(edit, gap).Run(); }
 
 }  // namespace pliant

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <array>
 #include <functional>
 #include <optional>
 #include <span>
@@ -19,11 +20,19 @@ struct Gap {
   std::size_t count_max = 0;  ///< New vertices, at most.
 };
 
+/// A new vertex, and whose tensors its own is made of: the logarithm is the sum of theirs, each
+/// times its share; the shares sum up to 1. The corners may be new themselves.
+struct Filler {
+  VertexId vertex;
+  std::array<VertexId, 3> corners;
+  std::array<double, 3> shares;
+};
+
 /// Puts new vertices into a gap where vertices were before they moved: those fit those that have
 /// stayed. The loop alone would split one long edge after the other, which takes a dozen visits for
 /// each new vertex. New ones have tensors between those of the corners around them.
-/// @return the new vertices, ascending, none where the gap is narrow
+/// @return the new vertices in the order in which they were made, none where the gap is narrow
 /// @par Cost O(k log k) for k triangles and who was between them
-[[nodiscard]] std::vector<VertexId> RefillGap(MeshEdit& edit, const Gap& gap);
+[[nodiscard]] std::vector<Filler> RefillGap(MeshEdit& edit, const Gap& gap);
 
 }  // namespace pliant

@@ -4,7 +4,9 @@
 #include <optional>
 #include <utility>
 
+#include "core/mesh/export_mesh.h"
 #include "core/pliant/displace.h"
+#include "core/pliant/displace_tensors.h"
 #include "tests/bench/workload_step.h"
 
 namespace pliant::bench {
@@ -42,15 +44,42 @@ struct FrontStep {
   const CaseRequest& moved;   ///< ...and what that was made from.
 };
 
+/// The front's vertices and the tensors of the places where they go, at once.
+Result<Update> StepTogether(Remesher& remesher, const FrontStep& step) {
+  const std::vector<VertexId> vertices = VerticesOfFront(remesher.mesh(), step.front);
+  const std::vector<Vec2> by(vertices.size(), Vec2{step.by, 0});
+  const std::unique_ptr<MetricField> field = step.instance.field();
+  std::vector<Metric> tensors;
+  std::int32_t hint = MetricField::kNoHint;
+  for (const Vec2 p : ExportMesh(remesher.mesh()).data.points) {
+    tensors.push_back(field->At(IsOfFront(p, step.front) ? p + Vec2{step.by, 0} : p, hint));
+  }
+  const MetricLimits limits = remesher.limits();
+  return RunOne(remesher, [&] {
+    return SetTensorsAhead(
+        remesher, {.displaced = vertices, .by = by, .vertices = {}, .tensors = tensors}, {limits});
+  });
+}
+
 /// Times what the remesher does; what the client does in between, computing tensors, is not timed.
 Result<Update> StepOnce(Remesher& remesher, const Request& request, const FrontStep& step) {
+  using enum DisplacedTensors;
+  if (request.displaces && request.displaced_tensors == kTogether) {
+    return StepTogether(remesher, step);
+  }
   Update update;
   Status status;
   if (request.displaces) {
     const std::vector<VertexId> vertices = VerticesOfFront(remesher.mesh(), step.front);
     const std::vector<Vec2> by(vertices.size(), Vec2{step.by, 0});
     DisplaceVertices displace(vertices, by);
-    update.stage = TimeOf([&] { status = remesher.Apply(displace); });
+    update.stage = TimeOf([&] {
+      status = remesher.Apply(displace);
+      if (!status.ok() || request.displaced_tensors != kApart) return;
+      const Result<Progress> visited = remesher.Step({.visits_max = 1});
+      if (!visited.ok()) status = visited.error();
+      (void)remesher.Commit();
+    });
     PLIANT_RETURN_IF_ERROR(status);
   }
   std::vector<Metric> tensors;

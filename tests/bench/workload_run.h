@@ -13,6 +13,13 @@
 
 namespace pliant::bench {
 
+/// How tensors at vertices come with a displacement.
+enum class DisplacedTensors {
+  kSeen,      ///< Of the vertices where the displacement has put them: only in one process.
+  kTogether,  ///< In the same update, of the places where the displacement leads.
+  kApart,     ///< In a second update, after a commit.
+};
+
 /// What to run, from the command line.
 struct Request {
   CaseRequest instance;
@@ -27,13 +34,14 @@ struct Request {
   std::int64_t steps = 50;      ///< "front", "drift", "body": number of steps.
   double front_step = 0.02;     ///< "front": length of a step.
   bool displaces = false;       ///< "front": the client sends the displacement of the front, too.
-  std::int64_t swing = 0;       ///< "front": turns back after so many steps; 0: never.
-  double size_step = 0.97;      ///< "drift": factor on all sizes of a step.
-  bool stretches = false;       ///< "drift": the nodes move apart, the sizes stay.
-  double follow = 4;            ///< "body": MotionRequest::follow_length.
-  int thread_count = 1;         ///< Threads that work on the mesh.
-  int repeat = 3;               ///< Runs of everything that is timed.
-  std::string mesh_path;        ///< Where to write the (last) mesh; empty: nowhere.
+  DisplacedTensors displaced_tensors = DisplacedTensors::kSeen;  ///< "front" with `displaces`.
+  std::int64_t swing = 0;   ///< "front": turns back after so many steps; 0: never.
+  double size_step = 0.97;  ///< "drift": factor on all sizes of a step.
+  bool stretches = false;   ///< "drift": the nodes move apart, the sizes stay.
+  double follow = 4;        ///< "body": MotionRequest::follow_length.
+  int thread_count = 1;     ///< Threads that work on the mesh.
+  int repeat = 3;           ///< Runs of everything that is timed.
+  std::string mesh_path;    ///< Where to write the (last) mesh; empty: nowhere.
 };
 
 /// Time that something took. On a busy machine `cpu` is the number to compare.

@@ -11,6 +11,7 @@
 namespace {
 
 using pliant::Variant;
+using pliant::bench::DisplacedTensors;
 using pliant::bench::MetricForm;
 using pliant::bench::Request;
 
@@ -20,6 +21,11 @@ const std::map<std::string, MetricForm> kForms = {{"analytic", MetricForm::kAnal
                                                   {"expression", MetricForm::kExpression},
                                                   {"background", MetricForm::kBackground},
                                                   {"tensors", MetricForm::kTensors}};
+
+const std::map<std::string, DisplacedTensors> kDisplacedTensors = {
+    {"seen", DisplacedTensors::kSeen},
+    {"together", DisplacedTensors::kTogether},
+    {"apart", DisplacedTensors::kApart}};
 
 int Run(const Request& request, nlohmann::json report, const std::string& path) {
   auto result = request.update.empty() ? RunBuild(request) : RunUpdate(request);
@@ -44,6 +50,7 @@ int main(int argc, char** argv) {
   Request request;
   std::string variant = "nested";
   std::string metric = "analytic";
+  std::string displaced_tensors = "seen";
   std::string json_path;
   CLI::App app("Times builds and updates of meshes; the report is JSON.");
   app.add_option("--case", request.instance.name, "A, B, C, C1000, D, E or F")->required();
@@ -73,6 +80,10 @@ int main(int argc, char** argv) {
   app.add_flag("--stretch", request.stretches,
                "drift: the nodes move apart instead, by the inverse of the factor");
   app.add_flag("--displace", request.displaces, "front: its displacement is sent, too");
+  app.add_option("--displaced-tensors", displaced_tensors,
+                 "front: tensors after the displacement as it came out (seen), of the places where "
+                 "it leads (together), or in a second update (apart)")
+      ->check(CLI::IsMember(kDisplacedTensors));
   app.add_option("--swing", request.swing, "front: turns back after so many steps; 0: never");
   app.add_option("--threads", request.thread_count, "threads that work on the mesh")
       ->check(CLI::Range(1, 1024));
@@ -82,6 +93,7 @@ int main(int argc, char** argv) {
   CLI11_PARSE(app, argc, argv);
   request.options.variant = kVariants.at(variant);
   request.form = kForms.at(metric);
+  request.displaced_tensors = kDisplacedTensors.at(displaced_tensors);
   return Run(request,
              {{"case", request.instance.name},
               {"nodes_wanted", request.instance.node_count},

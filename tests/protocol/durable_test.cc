@@ -126,6 +126,8 @@ std::vector<Step> Script() {
           fixed(Advance()),
           [](const Mirror& mirror) { return Displace(mirror, 0.02); },
           fixed(Advance(1)),
+          [](const Mirror& mirror) { return DisplaceWithTensors(mirror, 0.02); },
+          fixed(Advance(300)),
           fixed(SquareWithoutCorner()),
           [](const Mirror& mirror) { return Displace(mirror, -0.01); },
           fixed(Size("0.06 + 0.1*y")),

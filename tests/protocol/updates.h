@@ -107,6 +107,20 @@ inline v1::EditRequest Displace(const Mirror& mirror, double by) {
   return request;
 }
 
+/// The same, with tensors of where the strip goes, for the whole mesh.
+inline v1::EditRequest DisplaceWithTensors(const Mirror& mirror, double by) {
+  v1::EditRequest request = Displace(mirror, by);
+  std::vector<double> tensors;
+  for (const auto& [slot, position] : mirror.vertices) {
+    const double x = position[0] + (std::fabs(position[0] - 0.3) > 0.15 ? 0 : by);
+    tensors.insert(tensors.end(), {500 + 300 * x, 0, 900});
+  }
+  v1::VertexMetric& vertices = *request.mutable_metric()->add_sources()->mutable_vertices();
+  vertices.set_revision(mirror.revision);
+  *vertices.mutable_tensors() = Doubles(tensors, 3);
+  return request;
+}
+
 inline v1::EditRequest Rollback(std::int64_t revision) {
   v1::EditRequest request;
   request.mutable_rollback()->set_to_revision(revision);

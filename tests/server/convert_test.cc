@@ -298,8 +298,6 @@ TEST(ConvertUpdate, TurnsEveryKindThatIsNotImplementedIntoItsRefusal) {
   request.mutable_metric()->add_sources()->mutable_solution()->mutable_field()->set_name("u");
   request.mutable_metric()->mutable_displacement();
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented) << "values of vertices where they were";
-  request.mutable_metric()->mutable_sources(0)->mutable_vertices();
-  EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
   request.mutable_options()->set_history_bytes_max(1);
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
 }
@@ -339,6 +337,15 @@ TEST(ConvertUpdate, TakesDomainsAndDisplacements) {
   EXPECT_EQ(update->revision, Revision(3));
   EXPECT_EQ(update->vertices, (std::vector{VertexId(5), VertexId(2)}));
   EXPECT_EQ(update->by[1], (Vec2{2, 3}));
+  v1::VertexMetric& vertices = *request.mutable_metric()->add_sources()->mutable_vertices();
+  vertices.set_revision(3);
+  *vertices.mutable_tensors() = test::Doubles({1, 0, 1}, 3);
+  const UpdateCommand with_tensors = ConvertUpdate(request, kLimits);
+  ASSERT_TRUE(std::holds_alternative<MetricUpdate>(with_tensors.body));
+  const auto& both = std::get<MetricUpdate>(with_tensors.body);
+  EXPECT_TRUE(std::holds_alternative<VertexTensors>(both.source));
+  EXPECT_TRUE(both.displacement.has_value());
+  request.mutable_metric()->clear_sources();
   *moved.mutable_vertex_ids() = test::Ints({5});
   const UpdateCommand uneven = ConvertUpdate(request, kLimits);
   ASSERT_TRUE(std::holds_alternative<BadUpdate>(uneven.body));

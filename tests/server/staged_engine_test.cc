@@ -191,6 +191,38 @@ TEST(StagedEngine, DisplacesBeforeItFollows) {
   EXPECT_EQ(status.error().field, "metric.displacement.revision");
 }
 
+// Goal: tensors that come with a displacement are handed over with it, in one go; where either is
+// refused, the stage is undone as a whole.
+TEST(StagedEngine, TakesTensorsWithTheirDisplacement) {
+  Fixture f;
+  f.engine.Commit();
+  const DisplacementUpdate moved{Revision(1), {VertexId(0), VertexId(2)}, {{1, 0}, {0, 1}}};
+  const VertexTensors all{Revision(1), {}, std::vector<Metric>(3)};
+  ASSERT_TRUE(f.engine.Stage({.source = all, .displacement = moved}).ok());
+  EXPECT_THAT(f.script->calls, ElementsAre("displace 2", "tensors 0/3"));
+  EXPECT_EQ(f.engine.spec(), nullptr);
+  EXPECT_TRUE(f.engine.stepped());
+  f.script->calls.clear();
+  const VertexTensors none{Revision(1), std::vector<VertexId>{}, {}};
+  ASSERT_TRUE(f.engine.Stage({.source = none, .displacement = moved}).ok());
+  EXPECT_THAT(f.script->calls, ElementsAre("displace 2", "limits"));
+  f.script->calls.clear();
+  const DisplacementUpdate nobody{Revision(1), {}, {}};
+  ASSERT_TRUE(f.engine.Stage({.source = all, .displacement = nobody}).ok());
+  EXPECT_THAT(f.script->calls, ElementsAre("tensors 0/3"));
+  const DisplacementUpdate old{Revision(2), {VertexId(0)}, {{1, 0}}};
+  const Status mismatch = f.engine.Stage({.source = all, .displacement = old});
+  ASSERT_FALSE(mismatch.ok());
+  EXPECT_EQ(mismatch.error().field, "metric.displacement.revision");
+  ASSERT_TRUE(f.engine.Discard().ok());
+  f.script->update_error = Error{ErrorCode::kNotFinite, "no", "metric.tensors", 1};
+  const Status refused = f.engine.Stage({.source = all, .displacement = moved});
+  ASSERT_FALSE(refused.ok());
+  EXPECT_EQ(refused.error().field, "metric.tensors");
+  EXPECT_TRUE(f.engine.tainted());
+  EXPECT_TRUE(f.engine.stepped()) << "so that a discard undoes what may have moved";
+}
+
 TEST(StagedEngine, RefusesMotionsInTheWordsOfTheRequest) {
   Fixture f;
   f.engine.Commit();

@@ -127,6 +127,10 @@ class FakeEngine final : public Engine {
     script_->calls.push_back("displace " + std::to_string(vertices.size()));
     return Update();
   }
+  Status SetTensorsAhead(const TensorsAhead& request, const TensorTerms& terms) override {
+    PLIANT_RETURN_IF_ERROR(Displace(request.displaced, request.by));
+    return SetTensors(request.vertices, request.tensors, terms);
+  }
   std::vector<VertexId> Vertices() const override {
     return {VertexId(0), VertexId(2), VertexId(3)};
   }

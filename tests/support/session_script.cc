@@ -2,7 +2,9 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <cstddef>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -12,6 +14,7 @@
 #include "core/mesh/export_mesh.h"
 #include "core/motion/motion.h"
 #include "core/motion/move.h"
+#include "core/pliant/displace_tensors.h"
 #include "tests/support/cases.h"
 #include "tests/support/mesh_testing.h"
 
@@ -81,8 +84,14 @@ MetricLimits RandomLimits(Rng& rng) {
   return limits;
 }
 
+/// Of the last commit, whose elements fields are for.
+struct ElementCounts {
+  std::int32_t vertices;
+  std::int32_t triangles;
+};
+
 /// Sets, changes or drops one of three fields.
-FieldUpdate RandomFields(const Mesh& mesh, Rng& rng) {
+FieldUpdate RandomFields(const ElementCounts& counts, Rng& rng) {
   constexpr std::array kNames{"a", "b", "c"};
   const std::string name = kNames[rng.Below(3)];
   FieldUpdate update;
@@ -91,8 +100,7 @@ FieldUpdate RandomFields(const Mesh& mesh, Rng& rng) {
     return update;
   }
   const bool on_cells = name == "b";
-  const auto count =
-      static_cast<std::size_t>(on_cells ? mesh.triangle_count() : mesh.vertex_count());
+  const auto count = static_cast<std::size_t>(on_cells ? counts.triangles : counts.vertices);
   FieldValues values{.name = name,
                      .location = on_cells ? FieldLocation::kTriangle : FieldLocation::kVertex,
                      .column_count = name == "c" ? 2U : 1U};
@@ -124,6 +132,26 @@ void MoveRandomly(Remesher& session, Rng& rng) {
   (void)MoveVertices(session, request);
 }
 
+/// Displaces a strip, with tensors of where it goes for all vertices or for the strip.
+void DisplaceRandomly(Remesher& session, Rng& rng) {
+  const Mesh& mesh = session.mesh();
+  const std::vector<VertexId> all = testing::LiveVertices(mesh);
+  const double middle = rng.Unit();
+  std::vector<VertexId> strip;
+  for (const VertexId vertex : all) {
+    if (std::fabs(mesh.position(vertex).x - middle) < 0.2) strip.push_back(vertex);
+  }
+  const std::vector<Vec2> by(strip.size(), {rng.Uniform(-0.2, 0.2), rng.Uniform(-0.02, 0.02)});
+  const bool is_of_all = rng.Below(2) == 0 || strip.empty();
+  const std::vector<Metric> tensors = RandomTensors(mesh, is_of_all ? all : strip, rng);
+  const TensorsAhead request{.displaced = strip,
+                             .by = by,
+                             .vertices = is_of_all ? std::span<const VertexId>() : strip,
+                             .tensors = tensors};
+  const MetricLimits limits = session.limits();
+  Expect(SetTensorsAhead(session, request, {limits}));
+}
+
 }  // namespace
 
 std::unique_ptr<Remesher> SessionScript::Start() const {
@@ -147,6 +175,7 @@ std::unique_ptr<Remesher> SessionScript::Start() const {
 MeshDiff SessionScript::Run(Remesher& session, int n) const {
   Rng rng(seed_ * 1000 + static_cast<std::uint64_t>(n));
   const Mesh& mesh = session.mesh();
+  const ElementCounts committed{mesh.vertex_count(), mesh.triangle_count()};
   const std::uint64_t kind = n == 1 ? 3 : rng.Below(8);
   if (kind == 0) {
     Expect(session.SetMetric(RandomSpec(mesh, rng)));
@@ -166,6 +195,8 @@ MeshDiff SessionScript::Run(Remesher& session, int n) const {
     Expect(session.SetTensors({}, RandomTensors(mesh, all, rng)));
   } else if (kind == 4) {
     Expect(session.SetLimits(RandomLimits(rng)));
+  } else if (kind == 5) {
+    DisplaceRandomly(session, rng);
   } else if (kind == 6) {
     const std::vector<VertexId> all = testing::LiveVertices(mesh);
     Expect(session.SetTensors({}, RandomTensors(mesh, all, rng), session.limits(),
@@ -180,7 +211,7 @@ MeshDiff SessionScript::Run(Remesher& session, int n) const {
   }
   if (n > 1 && rng.Below(3) == 0) MoveRandomly(session, rng);
   if (n > 1 && rng.Below(3) == 0) {
-    const FieldUpdate update = RandomFields(mesh, rng);
+    const FieldUpdate update = RandomFields(committed, rng);
     // A field that is not there cannot be dropped.
     const bool drops = !update.dropped_names.empty();
     if (!drops || session.fields().Find(update.dropped_names[0]) != nullptr) {

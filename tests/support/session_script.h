@@ -9,7 +9,8 @@ namespace pliant::testing {
 
 /// A session's life, reproducible from a seed: the nth update depends on the seed, n and the state
 /// of the session alone. Sizes by expression, full tensors by expression, background meshes, bounds
-/// and gradation, tensors at few and at all vertices, functions beside them; fields that are set,
+/// and gradation, tensors at few and at all vertices, functions beside them, displacements with
+/// tensors; fields that are set,
 /// carried and dropped; loops that are cut short and taken up again.
 class SessionScript {
  public:

@@ -95,8 +95,8 @@ class Session:
             displacement: where the metric's features (a front) have moved since the last update, as
                 (vertex_ids, vectors) with (k, 2) vectors in domain units: vertices go along, which
                 makes the update several times cheaper. With `metric` None their metric goes along.
-                Not together with tensors (UNIMPLEMENTED): send the displacement alone, with
-                `advance=Advance(visits_max=1)`, and then tensors at the points as they are.
+                Tensors sent with it are those of where it leads: row i at `mesh.points[i]` plus its
+                vector, if it has one. Not together with a solution (UNIMPLEMENTED).
             advance: how long the loop may run. Default: until converged.
             **limits: `h_min`, `h_max`, `hgrad`, `rotation`, `anisotropy_max` from now on, as in
                 `pliant.options.Limits`. They hold for tensors too, for those of the other vertices

@@ -2,8 +2,9 @@
 // replica has the bits of the mesh, every refusal leaves everything as it was, and every rollback,
 // undo and redo leads to the bits of the revision that it names.
 // Method: random sequences of metrics (formulas, tensors, background meshes, limits, adversarial
-// sizes), moved boundaries and nodes, displacements, other domains, options, constraints, fields,
-// loops that are cut short, rollbacks and undo. One seed makes one session.
+// sizes), moved boundaries and nodes, displacements with and without tensors, other domains,
+// options, constraints, fields, loops that are cut short, rollbacks and undo. One seed makes one
+// session.
 //
 //   PLIANT_SEED=17 core_tests --gtest_filter='*RandomSequences*'   replays the session of a failure
 //   PLIANT_LONG_TESTS=1                                            5,000 instead of 200
@@ -25,6 +26,7 @@
 #include "core/motion/replace_domain.h"
 #include "core/motion/soften.h"
 #include "core/pliant/displace.h"
+#include "core/pliant/displace_tensors.h"
 #include "tests/support/cell_domain.h"
 #include "tests/support/mesh_testing.h"
 #include "tests/support/misplaced.h"
@@ -247,12 +249,40 @@ class RandomSession {
       if (x > left && x < left + 0.2) vertices.push_back(id);
     }
     const std::vector<Vec2> by(vertices.size(), RandomVector(rng_.Below(2) == 0 ? 0.02 : 0.2));
-    DisplaceVertices displacement(vertices, by);
     const Traces before(mesh());
-    const Status status = remesher_->Apply(displacement);
+    const Status status =
+        rng_.Below(2) == 0 ? DisplaceAlone(vertices, by) : DisplaceWithTensors(vertices, by);
     if (status.ok()) return;
     ASSERT_EQ(status.error().code, ErrorCode::kFrozen) << status.error().message;
     before.ExpectOf(mesh());
+  }
+
+  Status DisplaceAlone(std::span<const VertexId> vertices, std::span<const Vec2> by) {
+    DisplaceVertices displacement(vertices, by);
+    return remesher_->Apply(displacement);
+  }
+
+  /// Tensors of where the displacement leads: of all vertices, or of half of them.
+  Status DisplaceWithTensors(std::span<const VertexId> vertices, std::span<const Vec2> by) {
+    const bool is_of_all = rng_.Below(2) == 0;
+    std::vector<VertexId> senders;
+    std::vector<Metric> tensors;
+    const double h = rng_.Uniform(0.05, 0.2);
+    for (const VertexId id : testing::LiveVertices(mesh())) {
+      if (!is_of_all && rng_.Below(2) != 0) continue;
+      if (!is_of_all) senders.push_back(id);
+      tensors.push_back(Metric::Isotropic(h + 0.1 * mesh().position(id).x));
+    }
+    if (tensors.empty()) return DisplaceAlone(vertices, by);
+    const TensorsAhead request{
+        .displaced = vertices, .by = by, .vertices = senders, .tensors = tensors};
+    const MetricLimits limits = remesher_->limits();
+    if (remesher_->revision() == Revision::kNone || rng_.Below(3) != 0) {
+      return SetTensorsAhead(*remesher_, request, {limits});
+    }
+    const FunctionsSpec functions{.parts = {SizeMetric{"0.05 + 0.3*abs(x - y)"}},
+                                  .time = rng_.Unit()};
+    return SetTensorsAhead(*remesher_, request, {limits, &functions});
   }
 
   void Replace() {
