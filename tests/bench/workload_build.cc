@@ -58,6 +58,32 @@ Result<std::optional<MetricSpec>> SpecOf(const BenchCase& instance, const Reques
   return spec;
 }
 
+/// CPU seconds of the last run if several threads had shared the work, by their number; empty if
+/// they did.
+nlohmann::json ScheduleOf(const Built& built) {
+  nlohmann::json result;
+  const auto* schedule = dynamic_cast<const ScheduleExecutor*>(built.executor.get());
+  if (schedule == nullptr) return result;
+  result["1"] = built.duration.cpu;
+  for (const auto& [thread_count, saved] : schedule->saved_s()) {
+    result[std::to_string(thread_count)] = built.duration.cpu - saved;
+  }
+  return result;
+}
+
+nlohmann::json CountsOf(const Progress& progress, std::int32_t vertex_count) {
+  const LoopCounts& counts = progress.counts;
+  return {{"visits", counts.visits},
+          {"visits_per_node", static_cast<double>(counts.visits) / vertex_count},
+          {"insertions", counts.insertions},
+          {"deletions", counts.deletions},
+          {"swaps", counts.swaps},
+          {"cooled", counts.cooled},
+          {"converged", progress.stop_reason == StopReason::kConverged}};
+}
+
+}  // namespace
+
 Result<Built> BuildWith(const BenchCase& instance, const Request& request,
                         const std::optional<MetricSpec>& spec) {
   Built built;
@@ -89,32 +115,6 @@ Result<Built> BuildWith(const BenchCase& instance, const Request& request,
   if (error.has_value()) return *error;
   return built;
 }
-
-/// CPU seconds of the last run if several threads had shared the work, by their number; empty if
-/// they did.
-nlohmann::json ScheduleOf(const Built& built) {
-  nlohmann::json result;
-  const auto* schedule = dynamic_cast<const ScheduleExecutor*>(built.executor.get());
-  if (schedule == nullptr) return result;
-  result["1"] = built.duration.cpu;
-  for (const auto& [thread_count, saved] : schedule->saved_s()) {
-    result[std::to_string(thread_count)] = built.duration.cpu - saved;
-  }
-  return result;
-}
-
-nlohmann::json CountsOf(const Progress& progress, std::int32_t vertex_count) {
-  const LoopCounts& counts = progress.counts;
-  return {{"visits", counts.visits},
-          {"visits_per_node", static_cast<double>(counts.visits) / vertex_count},
-          {"insertions", counts.insertions},
-          {"deletions", counts.deletions},
-          {"swaps", counts.swaps},
-          {"cooled", counts.cooled},
-          {"converged", progress.stop_reason == StopReason::kConverged}};
-}
-
-}  // namespace
 
 Result<Built> Build(const BenchCase& instance, const Request& request) {
   PLIANT_ASSIGN_OR_RETURN(const auto spec, SpecOf(instance, request));

@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -65,6 +66,9 @@ struct Built {
   Progress progress;
 };
 [[nodiscard]] Result<Built> Build(const BenchCase& instance, const Request& request);
+/// The metric is that of `spec`; the case's own function if there is none.
+[[nodiscard]] Result<Built> BuildWith(const BenchCase& instance, const Request& request,
+                                      const std::optional<MetricSpec>& spec);
 
 /// Runs the request; the answer is the report without the machine.
 [[nodiscard]] Result<nlohmann::json> RunBuild(const Request& request);

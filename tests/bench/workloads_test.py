@@ -126,6 +126,15 @@ class Updates(unittest.TestCase):
         self.assertGreater(front["q_mean_of_steps"], 0.94)
         self.assertGreater(front["quality_last"]["integrated_sqrt2"], 0.97)
 
+    def test_front_with_tensors_is_compared_with_a_build_from_them(self):
+        front = ("--case", "E", "--front", "0.2", "--update", "front", "--steps", "2")
+        for more in ((), ("--displace",), ("--displace", "--displaced-tensors", "together")):
+            result = report(*front, "--metric", "tensors", *more)["result"]["front"]
+            self.assertEqual(result["steps"]["updates"], 2)
+            self.assertEqual(len(result["builds_as_sent"]["cpu_s_all"]), 1)
+            self.assertGreater(result["q_mean_of_steps"], 0.94)
+        self.assertNotIn("builds_as_sent", report(*front)["result"]["front"])
+
     def test_drift(self):
         drift = report("--case", "A", "--update", "drift", "--size-step", "0.97", "--steps",
                        "4")["result"]["drift"]
