@@ -96,7 +96,7 @@ class Displacer {
                   },
                   .count_max = static_cast<std::size_t>(displaced_.removed_count)};
     displaced_.fillers = RefillGap(edit_, gap);
-    for (const Filler& filler : displaced_.fillers) displaced_.created.push_back(filler.vertex);
+    for (const GapVertex& filler : displaced_.fillers) displaced_.created.push_back(filler.vertex);
     std::sort(displaced_.created.begin(), displaced_.created.end());
     displaced_.disturbed.insert(displaced_.disturbed.end(), displaced_.created.begin(),
                                 displaced_.created.end());

@@ -23,7 +23,7 @@ struct Displacement {
 struct Displaced {
   std::vector<VertexId> disturbed;  ///< Live vertices at triangles of another shape, ascending.
   std::vector<VertexId> created;    ///< New ones, where others were: among them; ascending.
-  std::vector<Filler> fillers;      ///< The same in the order in which they were made.
+  std::vector<GapVertex> fillers;   ///< The same in the order in which they were made.
   std::int64_t removed_count = 0;   ///< Vertices that were run over.
 };
 
@@ -75,7 +75,7 @@ class DisplaceVertices final : public MeshChange {
   /// Vertices that were displaced; 0 if the way was blocked.
   [[nodiscard]] std::int64_t displaced_count() const { return displaced_count_; }
   /// New vertices in the gap, in the order in which they were made.
-  [[nodiscard]] std::span<const Filler> fillers() const { return fillers_; }
+  [[nodiscard]] std::span<const GapVertex> fillers() const { return fillers_; }
 
  private:
   std::span<const VertexId> vertices_;
@@ -83,7 +83,7 @@ class DisplaceVertices final : public MeshChange {
   bool slides_ = true;
   Behind behind_ = Behind::kRefilled;
   std::int64_t displaced_count_ = 0;
-  std::vector<Filler> fillers_;
+  std::vector<GapVertex> fillers_;
 };
 
 }  // namespace pliant

@@ -135,7 +135,7 @@ class Arrivals {
   Arrivals(const Mesh& mesh, const PlacedRows& rows) : mesh_(mesh), rows_(rows) {}
 
   /// Displaced vertices with a tensor of another place than where they are now.
-  [[nodiscard]] std::vector<VertexId> Elsewhere(std::span<const Filler> fillers) const {
+  [[nodiscard]] std::vector<VertexId> Elsewhere(std::span<const GapVertex> fillers) const {
     const std::vector<VertexId> created = VerticesOf(fillers);
     std::vector<VertexId> elsewhere;
     for (const auto& [vertex, place] : rows_.movers()) {
@@ -157,9 +157,9 @@ class Arrivals {
   }
 
   /// Gives new vertices the mean of the corners that they were put between.
-  void Fill(std::span<const Filler> fillers) {
+  void Fill(std::span<const GapVertex> fillers) {
     created_ = VerticesOf(fillers);
-    for (const Filler& filler : fillers) {
+    for (const GapVertex& filler : fillers) {
       LogMetric sum;
       double known = 0;
       for (std::size_t k = 0; k < 3; ++k) {
@@ -216,9 +216,9 @@ class Arrivals {
     return std::ranges::binary_search(created_, vertex) ? nullptr : rows_.Find(vertex);
   }
 
-  static std::vector<VertexId> VerticesOf(std::span<const Filler> fillers) {
+  static std::vector<VertexId> VerticesOf(std::span<const GapVertex> fillers) {
     std::vector<VertexId> vertices;
-    for (const Filler& filler : fillers) vertices.push_back(filler.vertex);
+    for (const GapVertex& filler : fillers) vertices.push_back(filler.vertex);
     std::ranges::sort(vertices);
     return vertices;
   }

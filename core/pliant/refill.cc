@@ -32,7 +32,7 @@ class Refiller {
   Refiller(MeshEdit& edit, const Gap& gap)
       : edit_(edit), mesh_(edit.mesh()), gap_(gap), flipper_(edit) {}
 
-  std::vector<Filler> Run() {
+  std::vector<GapVertex> Run() {
     FindRim();
     for (std::size_t next = 0; next < waiting_.size() && made_.size() < gap_.count_max; ++next) {
       Fill(waiting_[next]);
@@ -202,12 +202,14 @@ class Refiller {
   Star star_;
   std::vector<Left> waiting_;
   PlaceMap seen_;
-  std::vector<Filler> made_;
+  std::vector<GapVertex> made_;
   PlaceMap is_made_;
 };
 
 }  // namespace
 
-std::vector<Filler> RefillGap(MeshEdit& edit, const Gap& gap) { return Refiller(edit, gap).Run(); }
+std::vector<GapVertex> RefillGap(MeshEdit& edit, const Gap& gap) {
+  return Refiller(edit, gap).Run();
+}
 
 }  // namespace pliant

@@ -22,7 +22,7 @@ struct Gap {
 
 /// A new vertex, and whose tensors its own is made of: the logarithm is the sum of theirs, each
 /// times its share; the shares sum up to 1. The corners may be new themselves.
-struct Filler {
+struct GapVertex {
   VertexId vertex;
   std::array<VertexId, 3> corners;
   std::array<double, 3> shares;
@@ -33,6 +33,6 @@ struct Filler {
 /// each new vertex. New ones have tensors between those of the corners around them.
 /// @return the new vertices in the order in which they were made, none where the gap is narrow
 /// @par Cost O(k log k) for k triangles and who was between them
-[[nodiscard]] std::vector<Filler> RefillGap(MeshEdit& edit, const Gap& gap);
+[[nodiscard]] std::vector<GapVertex> RefillGap(MeshEdit& edit, const Gap& gap);
 
 }  // namespace pliant

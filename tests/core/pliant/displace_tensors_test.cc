@@ -33,7 +33,7 @@ Metric Smooth(Vec2 p) { return Metric::Isotropic(0.05 * std::exp(0.7 * p.x)); }
 Metric SmoothInBoth(Vec2 p) { return Metric::Isotropic(0.05 * std::exp(0.7 * p.x - 0.4 * p.y)); }
 
 /// What a client sends: some vertices go along, and all, or some, have a tensor of where they go.
-struct Sent {
+struct SentAhead {
   std::vector<VertexId> displaced;
   std::vector<Vec2> by;
   std::vector<VertexId> vertices;  ///< Empty: all.
@@ -44,9 +44,9 @@ struct Sent {
   }
 };
 
-Sent Send(const Mesh& mesh, Vec2 by, const std::function<bool(Vec2)>& moves,
-          const std::function<Metric(Vec2)>& field) {
-  Sent sent;
+SentAhead SendAhead(const Mesh& mesh, Vec2 by, const std::function<bool(Vec2)>& moves,
+                    const std::function<Metric(Vec2)>& field) {
+  SentAhead sent;
   for (const VertexId vertex : testing::LiveVertices(mesh)) {
     const Vec2 p = mesh.position(vertex);
     const bool goes = moves(p);
@@ -85,7 +85,7 @@ TEST(DisplaceWithTensors, HasTheTensorOfWhereEverybodyIs) {
           constraints.vertices.push_back(vertex);
       }
       (void)ChangeFrozen(square->edit, {}, WhatFreezes(mesh, constraints).value());
-      const Sent sent = Send(mesh, by, IsInStrip, Smooth);
+      const SentAhead sent = SendAhead(mesh, by, IsInStrip, Smooth);
       DisplaceWithTensors change(sent.request());
       const auto outcome = change.Apply(square->edit);
       ASSERT_TRUE(outcome.ok()) << outcome.error().message;
@@ -107,7 +107,7 @@ TEST(DisplaceWithTensors, HasTheTensorOfWhereEverybodyIs) {
 // tensor, and those that it would push out nothing strange.
 TEST(DisplaceWithTensors, TakesTheNearestPlaceBehindADisplacement) {
   auto square = testing::LoopMesh(testing::DiscCase(300, testing::DiscState::kOff));
-  const Sent sent = Send(
+  const SentAhead sent = SendAhead(
       square->mesh, {0.1, 0}, [](Vec2) { return true; }, Smooth);
   DisplaceWithTensors change(sent.request());
   ASSERT_TRUE(change.Apply(square->edit).ok());
@@ -134,7 +134,7 @@ TEST(DisplaceWithTensors, ServesThoseWhoseWayIsBlocked) {
   }
   const auto same = testing::LoopMesh(testing::DiscCase(300, testing::DiscState::kOff));
   const auto in_middle = [](Vec2 p) { return IsInStrip(p) && p.y > 0.2 && p.y < 0.8; };
-  const Sent sent = Send(mesh, {0.2, 0.05}, in_middle, SmoothInBoth);
+  const SentAhead sent = SendAhead(mesh, {0.2, 0.05}, in_middle, SmoothInBoth);
   DisplaceWithTensors change(sent.request());
   ASSERT_TRUE(change.Apply(square->edit).ok());
   for (const VertexId vertex : testing::LiveVertices(same->mesh)) {
@@ -151,7 +151,7 @@ TEST(DisplaceWithTensors, ServesEverybodyWhateverIsAsked) {
     SCOPED_TRACE(::testing::Message() << "seed " << seed << " trial " << trial);
     auto grid = testing::ImportedMesh(testing::GridData(12, 12));
     const double reach = trial % 2 == 0 ? 0.6 : 3;
-    Sent sent;
+    SentAhead sent;
     std::vector<double> least_and_most;
     for (const VertexId vertex : testing::LiveVertices(grid->mesh)) {
       grid->edit.SetMetric(vertex, Metric::Isotropic(1));
@@ -184,7 +184,7 @@ TEST(DisplaceWithTensors, ServesEverybodyWhateverIsAsked) {
 TEST(DisplaceWithTensors, KeepsWhatIsNotSent) {
   auto square = testing::LoopMesh(testing::DiscCase(300, testing::DiscState::kOff));
   const Mesh& mesh = square->mesh;
-  Sent sent = Send(mesh, {0.15, 0}, IsInStrip, Smooth);
+  SentAhead sent = SendAhead(mesh, {0.15, 0}, IsInStrip, Smooth);
   sent.vertices = sent.displaced;
   sent.tensors.clear();
   std::vector<Vec2> places;
@@ -219,24 +219,24 @@ TEST(DisplaceWithTensors, KeepsWhatIsNotSent) {
 TEST(DisplaceWithTensors, RefusesWhatItCannotReadBeforeAnybodyMoves) {
   auto square = testing::LoopMesh(testing::DiscCase(300, testing::DiscState::kOff));
   const auto same = testing::LoopMesh(testing::DiscCase(300, testing::DiscState::kOff));
-  const Sent good = Send(square->mesh, {0.1, 0}, IsInStrip, Smooth);
-  const auto error = [&](const std::function<void(Sent&)>& spoil) {
-    Sent bad = good;
+  const SentAhead good = SendAhead(square->mesh, {0.1, 0}, IsInStrip, Smooth);
+  const auto error = [&](const std::function<void(SentAhead&)>& spoil) {
+    SentAhead bad = good;
     spoil(bad);
     const auto outcome = DisplaceWithTensors(bad.request()).Apply(square->edit);
     EXPECT_FALSE(outcome.ok());
     EXPECT_EQ(testing::DifferenceOf(square->mesh, same->mesh), "");
     return outcome.ok() ? Error{} : outcome.error();
   };
-  EXPECT_EQ(error([](Sent& s) { s.tensors.pop_back(); }).code, ErrorCode::kArrayLength);
-  const Error indefinite = error([](Sent& s) { s.tensors[3] = {1, 2, 1}; });
+  EXPECT_EQ(error([](SentAhead& s) { s.tensors.pop_back(); }).code, ErrorCode::kArrayLength);
+  const Error indefinite = error([](SentAhead& s) { s.tensors[3] = {1, 2, 1}; });
   EXPECT_EQ(indefinite.code, ErrorCode::kNotPositiveDefinite);
   EXPECT_EQ(indefinite.index, 3);
   EXPECT_EQ(indefinite.field, "metric.tensors");
-  const Error twice = error([](Sent& s) { s.displaced[1] = s.displaced[0]; });
+  const Error twice = error([](SentAhead& s) { s.displaced[1] = s.displaced[0]; });
   EXPECT_EQ(twice.code, ErrorCode::kDuplicateId);
   EXPECT_EQ(twice.field, "metric.displacements");
-  const Error dead = error([](Sent& s) {
+  const Error dead = error([](SentAhead& s) {
     s.vertices = {VertexId(99'999)};
     s.tensors.resize(1);
   });
@@ -247,7 +247,7 @@ TEST(DisplaceWithTensors, RefusesWhatItCannotReadBeforeAnybodyMoves) {
 /// A session at rest for a front at 0.4, and what is sent when that has moved to 0.42.
 struct FrontUpdate {
   std::unique_ptr<Remesher> session;
-  Sent sent;
+  SentAhead sent;
   std::shared_ptr<MetricField> now;
 };
 
@@ -261,7 +261,7 @@ FrontUpdate MakeFrontUpdate(double nodes) {
   const auto near = [](Vec2 p) {
     return std::fabs(p.x - (std::sqrt(0.25 + 0.25 * (p.y - 0.5) * (p.y - 0.5)) - 0.1)) < 0.15;
   };
-  made.sent = Send(made.session->mesh(), {0.02, 0}, near, [&](Vec2 p) {
+  made.sent = SendAhead(made.session->mesh(), {0.02, 0}, near, [&](Vec2 p) {
     std::int32_t hint = MetricField::kNoHint;
     return made.now->At(p, hint);
   });
