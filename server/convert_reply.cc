@@ -107,6 +107,8 @@ v1::StopReason ToStopReason(const AdvancedEvent& advanced) {
       return v1::STOP_REASON_TIME_BUDGET;
     case AdvanceEnd::kServerClosing:
       return v1::STOP_REASON_SERVER_CLOSING;
+    case AdvanceEnd::kStaging:
+      return v1::STOP_REASON_STAGING;
     case AdvanceEnd::kEngine:
       break;
   }

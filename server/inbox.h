@@ -41,6 +41,14 @@ class Inbox {
     return std::nullopt;
   }
 
+  /// Shows the items, oldest first, until `look` says false.
+  template <class Look>
+  void LookThrough(const Look& look) const {
+    for (const auto& [item, bytes] : items_) {
+      if (!look(item)) return;
+    }
+  }
+
   /// The oldest item; nothing if empty.
   [[nodiscard]] std::optional<T> Pop() {
     if (items_.empty()) return std::nullopt;

@@ -9,7 +9,7 @@
 namespace pliant::server {
 namespace {
 
-constexpr Seal kRecordSeal{.kind = 0x43524c50, .version = 3};  // "PLRC"
+constexpr Seal kRecordSeal{.kind = 0x43524c50, .version = 4};  // "PLRC"
 constexpr Seal kInfoSeal{.kind = 0x46494c50, .version = 1};    // "PLIF"
 constexpr char kRecordName[] = "session record";
 constexpr char kInfoName[] = "session head";
@@ -28,7 +28,7 @@ void Put(const AnswerRecord& record, ByteWriter& writer) {
 AnswerRecord TakeAnswerRecord(ByteReader& reader) {
   AnswerRecord record;
   const auto effect = reader.Take<std::uint8_t>();
-  if (effect > static_cast<std::uint8_t>(StageEffect::kEmptied)) reader.Fail();
+  if (effect > static_cast<std::uint8_t>(StageEffect::kPutOff)) reader.Fail();
   record.effect = static_cast<StageEffect>(effect);
   record.update = TakeBytes(reader);
   if (reader.Take<std::uint8_t>() != 0) record.answer = TakeAnswer(reader);

@@ -24,6 +24,7 @@ enum class StageEffect : std::uint8_t {
   kStaged = 1,   ///< It is staged: `update` has it.
   kTainted = 2,  ///< It was refused, and the next advance will be.
   kEmptied = 3,  ///< The stage is empty now.
+  kPutOff = 4,   ///< It is on its way to the stage; if it is refused then, so is the next advance.
 };
 
 /// A numbered update was answered.
@@ -31,7 +32,7 @@ struct AnswerRecord {
   /// Absent where a bug emptied the stage, or an update under a used number was refused.
   std::optional<UpdateAnswer> answer = {};
   StageEffect effect = StageEffect::kNone;
-  Bytes update = {};  ///< As it came; SessionCodec reads it.
+  Bytes update = {};  ///< Staged or put off: as it came; SessionCodec reads it.
 };
 
 /// A revision was committed, by an advance or by going back.

@@ -162,7 +162,7 @@ AdvancedEvent TakeAdvanced(AnswerKind kind, ByteReader& reader) {
   for (std::uint32_t i = 0; reader.ok() && i < trouble_count; ++i) {
     advanced.troubles.push_back(TakeTrouble(reader));
   }
-  advanced.end = TakeEnum(reader, AdvanceEnd::kServerClosing);
+  advanced.end = TakeEnum(reader, AdvanceEnd::kStaging);
   const bool has_fraction = TakeFlag(reader);
   const auto fraction = reader.Take<double>();
   if (has_fraction) advanced.motion_fraction = fraction;

@@ -1,6 +1,7 @@
 #include "server/saved_state.h"
 
 #include <algorithm>
+#include <exception>
 #include <string>
 #include <utility>
 
@@ -136,12 +137,32 @@ Status Restage(SessionMemory& memory, const AnswerRecord& record, const SessionM
                  "holds a staged update that is refused now: " + status.error().message);
 }
 
+/// Nobody had staged it yet when it was written, so what comes of it was not known.
+Status StagePutOff(SessionMemory& memory, const AnswerRecord& record, const SessionMakers& makers) {
+  StagedEngine& engine = *memory.engine;
+  if (!record.answer) return Corrupt(memory.revision, "holds an update without its number");
+  if (engine.late_refusal()) return {};  // It was dropped with the one before it.
+  const std::int64_t update_id = record.answer->event.update_id;
+  Status status;
+  try {
+    status = engine.StageCommand(makers.codec->ReadUpdate(record.update));
+  } catch (const std::exception& exception) {
+    PLIANT_RETURN_IF_ERROR(engine.Discard());
+    status = Error{ErrorCode::kInternal, exception.what(), {}};
+  }
+  if (!status.ok()) engine.TaintLate(update_id, status.error());
+  return {};
+}
+
 Status Replay(SessionMemory& memory, const AnswerRecord& record, const SessionMakers& makers) {
   switch (record.effect) {
     case StageEffect::kNone:
       break;
     case StageEffect::kStaged:
       PLIANT_RETURN_IF_ERROR(Restage(memory, record, makers));
+      break;
+    case StageEffect::kPutOff:
+      PLIANT_RETURN_IF_ERROR(StagePutOff(memory, record, makers));
       break;
     case StageEffect::kTainted:
       memory.engine->Taint();
@@ -264,6 +285,7 @@ Result<std::size_t> CountUnstaged(std::span<const Bytes> records) {
       is_staged = false;
     } else if (const auto* answer = std::get_if<AnswerRecord>(&record)) {
       is_staged = answer->effect == StageEffect::kStaged ||
+                  answer->effect == StageEffect::kPutOff ||
                   answer->effect == StageEffect::kTainted ||
                   (is_staged && answer->effect == StageEffect::kNone);
     }

@@ -9,17 +9,6 @@
 #include "server/limits.h"
 
 namespace pliant::server {
-namespace {
-
-bool IsStaging(const UpdateCommand& command) {
-  return !std::holds_alternative<BadAdvance>(command.body) &&
-         !std::holds_alternative<AdvanceSpec>(command.body) &&
-         !std::holds_alternative<RollbackUpdate>(command.body) &&
-         !std::holds_alternative<DiscardUpdate>(command.body);
-}
-
-}  // namespace
-
 std::unique_ptr<SessionJournal> Session::MakeJournal() {
   if (environment_.journal == nullptr) return nullptr;
   return std::make_unique<SessionJournal>(environment_.journal, environment_.durability, [this] {
@@ -244,6 +233,10 @@ bool Session::HandleOneThing() {
     current_call_ = nullptr;
     return true;
   }
+  if (!put_off_.empty() && !drain_error) {
+    StagePutOff();
+    return true;
+  }
   // Answers that wait for the disk go first; their arrival wakes the session.
   if (drain_error && journal_ != nullptr && !journal_->is_clean()) return false;
   if (drain_error) followers_.CloseAll(*drain_error);
@@ -410,40 +403,6 @@ void Session::AnswerAgain(const std::shared_ptr<Editor>& editor, const UpdateCom
 bool Session::IsCancelled(std::int64_t update_id) {
   cancelled_.erase(cancelled_.begin(), cancelled_.lower_bound(update_id));
   return cancelled_.contains(update_id);
-}
-
-void Session::StageUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command) {
-  const std::int64_t id = command.update_id;
-  {
-    const std::lock_guard lock(mutex_);
-    staging_update_id_ = id;
-    const bool is_cancelled = IsCancelled(id);
-    stop_work_.Set(is_cancelled || editor_ != editor || close_error_ || drain_error_);
-  }
-  const Status status = engine_->StageCommand(command, &stop_work_);
-  bool is_awaited = false;
-  {
-    const std::lock_guard lock(mutex_);
-    staging_update_id_ = 0;
-    stop_work_.Set(false);
-    // Then its editor has named it; perhaps others after it, so that the last name proves nothing.
-    is_awaited = editor_ == editor && !close_error_ && !drain_error_;
-  }
-  if (!status.ok() && status.error().code == ErrorCode::kCancelled) {
-    // Nobody waits for an answer any more: as if it had never come. Who resumes sends it again. It
-    // is not done either: a stream whose commands are all done would end as if they were answered.
-    if (!is_awaited) return;
-    engine_->Taint();
-  }
-  if (!status.ok()) {
-    Reject(editor, id, status.error(), StageEffect::kTainted);
-    return;
-  }
-  SessionEvent accepted = MakeEvent(id);
-  accepted.body = AcceptedEvent{.staged_count = engine_->staged_count()};
-  const bool is_discard = std::holds_alternative<DiscardUpdate>(command.body);
-  Answer(editor, std::move(accepted), is_discard ? StageEffect::kEmptied : StageEffect::kStaged,
-         is_discard ? Bytes{} : command.form);
 }
 
 void Session::Reject(const std::shared_ptr<Editor>& editor, std::int64_t update_id,

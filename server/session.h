@@ -2,6 +2,7 @@
 
 #include <atomic>
 #include <cstdint>
+#include <deque>
 #include <functional>
 #include <memory>
 #include <mutex>
@@ -39,6 +40,8 @@ class Editor {
   /// The oldest command that waits; nothing if none does, or while there is no room for answers.
   /// Whoever makes that change wakes the session.
   virtual std::optional<SessionCommand> NextCommand() = 0;
+  /// Shows the commands that NextCommand would give, in order, until `look` says false.
+  virtual void LookAhead(const std::function<bool(const SessionCommand&)>& look) const = 0;
   /// The last command taken is answered in full.
   virtual void CommandDone() = 0;
   /// Answers that nobody asked for may be made: the reader keeps up.
@@ -218,6 +221,20 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     Clock::Time last_commit;
   };
 
+  // The update that is being staged.
+  struct Staging {
+    const UpdateCommand* command = nullptr;
+    std::int64_t command_id = 0;
+    bool is_put_off = false;  // It is answered.
+  };
+  // What waits behind it.
+  struct Behind {
+    bool is_discarded = false;      // A discard comes next.
+    bool has_due_advance = false;   // An advance should be answered by now...
+    std::int32_t update_count = 0;  // ...before which so many updates wait.
+  };
+  class StagingWatch;
+
   Outcome RunUnguarded(Clock::Time slice_end);
   // In session_store.cc.
   bool Settled();
@@ -249,7 +266,17 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   void HandleOpen(const std::shared_ptr<Editor>& editor, const OpenCommand& open);
   void HandleUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
   void AnswerAgain(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
+  // In session_staging.cc.
   void StageUpdate(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
+  void StagePutOff();
+  void EndPutOff(std::int64_t update_id, const Status& status);
+  void LookBehind();
+  [[nodiscard]] Behind SeeBehind(const Editor& editor);
+  [[nodiscard]] bool IsDue(const AdvanceSpec& advance) const;
+  [[nodiscard]] Clock::Time BeginOf(const AdvanceSpec& advance, Clock::Time now) const;
+  void AnswerDue(const std::shared_ptr<Editor>& editor, const Behind& behind);
+  void AnswerPutOff(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
+  void AnswerUncommitted(const std::shared_ptr<Editor>& editor, const UpdateCommand& command);
   void BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
                     const AdvanceSpec& spec);
   bool IsCancelled(std::int64_t update_id);
@@ -323,6 +350,8 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   std::weak_ptr<Editor> opened_;        // Who has been told where the session is, and hears news.
   bool editor_wants_transfer_ = false;  // The last one: it may come back for what it missed.
   std::optional<RunningAdvance> advance_;
+  std::optional<Staging> staging_;
+  std::deque<UpdateCommand> put_off_;  // Answered before they are staged, which is what comes next.
   Clock::Time last_advance_end_{};
   // What is being handled, so that a bug in it is answered too.
   std::shared_ptr<Editor> current_editor_;

@@ -33,14 +33,13 @@ class AdvanceStop final : public StopSignal {
 void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t update_id,
                            const AdvanceSpec& spec) {
   if (engine_->tainted()) {
+    const Error refused = engine_->late_refusal().value_or(
+        Error{ErrorCode::kUpdateRejected,
+              "an update since the last advance was refused, so nothing was "
+              "committed and the stage is empty now: send the step again",
+              {}});
     const Status status = engine_->Discard();
-    Reject(editor, update_id,
-           status.ok() ? Error{ErrorCode::kUpdateRejected,
-                               "an update since the last advance was refused, so nothing was "
-                               "committed and the stage is empty now: send the step again",
-                               {}}
-                       : status.error(),
-           StageEffect::kEmptied);
+    Reject(editor, update_id, status.ok() ? refused : status.error(), StageEffect::kEmptied);
     return;
   }
   if (const Status status = CheckCompute(); !status.ok()) {
@@ -48,12 +47,10 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
     return;
   }
   const Clock::Time now = environment_.clock->Now();
-  // Its time runs from when it came, not from when what was sent with it is staged: for its client
-  // both are one step, which has one deadline. The advance before it has a time of its own.
   advance_ = RunningAdvance{.editor = editor,
                             .update_id = update_id,
                             .spec = spec,
-                            .begin = std::clamp(spec.arrival.value_or(now), last_advance_end_, now),
+                            .begin = BeginOf(spec, now),
                             .base_revision = revision_,
                             .progress = {},
                             .committed_counts = {},
@@ -65,6 +62,12 @@ void Session::BeginAdvance(const std::shared_ptr<Editor>& editor, std::int64_t u
   running_update_id_ = update_id;
   stop_work_.Set(IsCancelled(update_id) || close_error_ || drain_error_);
   info_.running = true;
+}
+
+// Its time runs from when it came, not from when what was sent with it is staged: for its client
+// both are one step, which has one deadline. The advance before it has a time of its own.
+Clock::Time Session::BeginOf(const AdvanceSpec& advance, Clock::Time now) const {
+  return std::clamp(advance.arrival.value_or(now), last_advance_end_, now);
 }
 
 // Works on the advance until it ends (true) or the slice does (false).

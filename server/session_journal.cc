@@ -110,6 +110,17 @@ void SessionJournal::Release() {
   }
 }
 
+void SessionJournal::ReleaseDone() {
+  if (held_.empty()) return;
+  {
+    const std::lock_guard lock(progress_->mutex);
+    if (progress_->error || failed_) return;
+    done_ = progress_->batches_done;
+    bytes_done_ = progress_->bytes_done;
+  }
+  Release();
+}
+
 bool SessionJournal::waits() const {
   if (failed_) return true;
   if (durability_ == Durability::kStrict) return commit_batch_ > done_;

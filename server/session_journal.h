@@ -53,6 +53,9 @@ class SessionJournal {
   void Drop(const Error& error);
   /// Does what was held for batches that are durable. @pre Settle gave no error
   void Release();
+  /// Does what was held for batches that are durable by now; for a session in the middle of
+  /// something, which leaves it to Settle to learn of a write that failed.
+  void ReleaseDone();
 
   /// The session must not go on before it is woken.
   [[nodiscard]] bool waits() const;

@@ -200,6 +200,14 @@ struct UpdateCommand {
   Fingerprint fingerprint = {};
 };
 
+/// Whether it is an update that belongs to a step, also one that could not be converted.
+[[nodiscard]] inline bool IsStaging(const UpdateCommand& command) {
+  return !std::holds_alternative<BadAdvance>(command.body) &&
+         !std::holds_alternative<AdvanceSpec>(command.body) &&
+         !std::holds_alternative<RollbackUpdate>(command.body) &&
+         !std::holds_alternative<DiscardUpdate>(command.body);
+}
+
 using SessionCommand = std::variant<OpenCommand, UpdateCommand>;
 
 /// The stream is open.
@@ -208,7 +216,7 @@ struct OpenedEvent {
   std::int64_t active_count = 0;
   std::int32_t staged_count = 0;
 };
-/// An update is staged.
+/// An update is staged, or on its way there after its advance was answered.
 struct AcceptedEvent {
   std::int32_t staged_count = 0;
 };
@@ -233,7 +241,9 @@ struct SnapshotEvent {
   std::int64_t applied_update_id = 0;
 };
 /// Why an advance ended, where it was not the engine's doing.
-enum class AdvanceEnd { kEngine, kTimeBudget, kServerClosing };
+/// kStaging: updates before it were still being staged, so it has committed nothing. Numbers are
+/// part of the store's format.
+enum class AdvanceEnd { kEngine = 0, kTimeBudget = 1, kServerClosing = 2, kStaging = 3 };
 /// An advance has ended.
 struct AdvancedEvent {
   Revision base_revision = Revision::kNone;

@@ -23,6 +23,10 @@ void Session::HandleBug(const std::string& what) {
     update_id = advance_->update_id;
   }
   advance_.reset();
+  const bool was_put_off = staging_ && staging_->is_put_off;
+  const std::int64_t staging_id = staging_ ? staging_->command_id : 0;
+  staging_.reset();
+  put_off_.clear();
   current_editor_ = nullptr;
   current_update_id_ = 0;
   const SessionCall call = std::exchange(current_call_, nullptr);
@@ -42,6 +46,11 @@ void Session::HandleBug(const std::string& what) {
                                             : std::string("has ended")) +
           "; please report it with reference " + reference,
       reference};
+  // Its editor was told that it is accepted: the next advance must not go without it.
+  if (was_put_off && recovered) {
+    engine_->TaintLate(staging_id, error);
+    RecordAnswer(nullptr, StageEffect::kTainted);
+  }
   // Before anybody is told: who then looks for the session does not find it any more.
   if (!recovered && journal_ == nullptr) environment_.on_broken(session_id_);
   if (call) call(error);
@@ -81,6 +90,7 @@ void Session::TearDown(const Error& error) {
   torn_down_ = true;
   if (journal_ != nullptr) journal_->Drop(error);
   advance_.reset();
+  put_off_.clear();
   EndCall(error);
   engine_.reset();
   history_ = DiffHistory(0);

@@ -160,6 +160,7 @@ void Session::LoseMemory(const Error& error) {
   environment_.log->Error("store", {{"session", session_id_}, {"what", error.message}});
   memory_lost_ = true;
   advance_.reset();
+  put_off_.clear();
   EndCall(error);
   std::shared_ptr<Editor> editor;
   {

@@ -122,6 +122,11 @@ std::optional<SessionCommand> EditStream::NextCommand() {
   return command;
 }
 
+void EditStream::LookAhead(const std::function<bool(const SessionCommand&)>& look) const {
+  const std::lock_guard lock(mutex_);
+  if (!end_ && outbox_.has_room()) inbox_.LookThrough(look);
+}
+
 void EditStream::CommandDone() {
   const std::lock_guard lock(mutex_);
   --commands_taken_;

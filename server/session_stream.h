@@ -4,6 +4,7 @@
 
 #include <cstddef>
 #include <cstdint>
+#include <functional>
 #include <memory>
 #include <mutex>
 #include <optional>
@@ -54,6 +55,7 @@ class EditStream final : public grpc::ServerBidiReactor<v1::EditRequest, v1::Edi
   void OnDone() override;
 
   std::optional<SessionCommand> NextCommand() override;
+  void LookAhead(const std::function<bool(const SessionCommand&)>& look) const override;
   void CommandDone() override;
   [[nodiscard]] bool HasRoom() const override;
   void Send(SessionEvent event) override;

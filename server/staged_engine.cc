@@ -425,6 +425,15 @@ Status StagedEngine::SetSpec(const MetricUpdate& update) {
   return {};
 }
 
+void StagedEngine::TaintLate(std::int64_t update_id, Error error) {
+  tainted_ = true;
+  if (late_refusal_) return;
+  error.message = "update " + std::to_string(update_id) +
+                  " was accepted before it was checked, and is refused: " + error.message +
+                  "; nothing was committed and the stage is empty now: send the step again";
+  late_refusal_ = std::move(error);
+}
+
 Status StagedEngine::Discard() {
   if (staged_count_ > 0 || stepped_) {
     if (first_input_ != nullptr) {
@@ -437,6 +446,7 @@ Status StagedEngine::Discard() {
   staged_count_ = 0;
   motion_fraction_.reset();
   tainted_ = false;
+  late_refusal_.reset();
   stepped_ = false;
   return {};
 }

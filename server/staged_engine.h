@@ -74,8 +74,12 @@ class StagedEngine {
   /// The last commit, for an EngineLoader. Errors: those of Engine::Save; kProtocolOrder as GoTo.
   [[nodiscard]] Result<Bytes> Save() const;
 
-  /// Records that an update that belongs to this stage was refused.
+  /// Records that an update that belongs to this stage was refused...
   void Taint() { tainted_ = true; }
+  /// ...after it had been accepted, so that whoever advances is to hear why.
+  void TaintLate(std::int64_t update_id, Error error);
+  /// The first such refusal since the last commit or discard, for the advance.
+  [[nodiscard]] const std::optional<Error>& late_refusal() const { return late_refusal_; }
   /// True if an update was refused since the last commit or discard: a commit would be half of
   /// what the client meant.
   [[nodiscard]] bool tainted() const { return tainted_; }
@@ -134,6 +138,7 @@ class StagedEngine {
   std::int32_t staged_count_ = 0;
   std::optional<double> motion_fraction_;
   bool tainted_ = false;
+  std::optional<Error> late_refusal_;
   bool stepped_ = false;  // The engine has worked since its last commit.
 };
 

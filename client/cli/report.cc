@@ -186,6 +186,8 @@ std::string StopName(client::AdvanceStop stop) {
       return "visit_limit";
     case client::AdvanceStop::kServerClosing:
       return "server_closing";
+    case client::AdvanceStop::kStaging:
+      return "staging";
   }
   return "converged";
 }
@@ -278,6 +280,8 @@ std::string StopWarning(const client::AdvanceReport& report) {
              "; --variant nested and cooled always come to rest";
     case client::AdvanceStop::kServerClosing:
       return "stopped because the server shuts down; " + active;
+    case client::AdvanceStop::kStaging:
+      return "stopped before all updates were staged; nothing was committed";
   }
   return {};
 }

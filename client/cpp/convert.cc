@@ -128,6 +128,8 @@ AdvanceStop StopFrom(v1::StopReason reason) {
       return AdvanceStop::kVisitLimit;
     case v1::STOP_REASON_SERVER_CLOSING:
       return AdvanceStop::kServerClosing;
+    case v1::STOP_REASON_STAGING:
+      return AdvanceStop::kStaging;
     default:
       return AdvanceStop::kConverged;
   }

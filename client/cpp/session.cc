@@ -443,7 +443,9 @@ Result<AdvanceReport> Session::Impl::AdvanceOnce(const AdvanceOptions& options,
   }
   const Result<v1::EditResponse> answer = Call(make, on_progress);
   // Whether it committed or was refused: the stage is empty, unless the answer is lost.
-  if (unanswered_.empty()) {
+  const bool is_staging =
+      answer.ok() && answer->advanced().stop_reason() == v1::STOP_REASON_STAGING;
+  if (unanswered_.empty() && !is_staging) {
     staged_count_ = 0;
     has_rejection_ = false;
   }

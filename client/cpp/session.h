@@ -143,7 +143,8 @@ class Session {
                                 const std::function<void(const AdvanceProgress&)>& on_progress = {},
                                 const std::function<void(const MeshDiff&)>& on_change = {});
 
-  /// Ends a running Advance early; its valid mesh is committed and Advance returns. While that
+  /// Ends a running Advance early; its valid mesh is committed, unless its updates are still being
+  /// staged (AdvanceStop::kStaging), and Advance returns. While that
   /// waits for a lost server it ends with kUnavailable. From any thread; without a running advance
   /// nothing happens.
   void Cancel();

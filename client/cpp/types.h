@@ -92,8 +92,8 @@ struct SessionInfo {
 /// How far one advance may go. Without limits it runs until converged.
 struct AdvanceOptions {
   std::optional<std::int64_t> visits_max = {};  ///< > 0.
-  /// > 0; from when the server has the advance, so also for what is staged and sent with it. A
-  /// first step is made in any case.
+  /// > 0; from when the server has the advance, so also for what is staged and sent with it
+  /// (AdvanceStop::kStaging). Where that is staged, a first step is made in any case.
   std::optional<std::chrono::milliseconds> time_max = {};
   std::chrono::milliseconds progress_interval{100};  ///< >= 10 ms; only with a callback.
   /// Commits an unfinished revision this often, >= 10 ms, so that replica and subscribers follow
@@ -120,12 +120,15 @@ enum class AdvanceStop {
   kVisitLimit,   ///< Variant::kPaper: Options::visits_per_vertex_max.
   /// The server shuts down, and did not come back in time; or the advance had limits.
   kServerClosing,
+  /// AdvanceOptions::time_max or Session::Cancel, while updates sent with it were still being
+  /// staged: nothing is committed, and staging goes on. The next advance commits them.
+  kStaging,
 };
 
 /// What an advance did.
 struct AdvanceReport {
   Revision base_revision = Revision::kNone;
-  Revision revision = Revision::kNone;
+  Revision revision = Revision::kNone;  ///< Greater, but for kStaging.
   AdvanceStop stop = AdvanceStop::kConverged;
   std::int64_t active_count = 0;
   MeshSummary summary;  ///< Of the mesh at `revision`.

@@ -309,6 +309,7 @@ TEST(Convert, StopReasonsKeepTheirMeaning) {
   EXPECT_EQ(stop(v1::STOP_REASON_VERTEX_LIMIT), AdvanceStop::kVertexLimit);
   EXPECT_EQ(stop(v1::STOP_REASON_VISIT_LIMIT), AdvanceStop::kVisitLimit);
   EXPECT_EQ(stop(v1::STOP_REASON_SERVER_CLOSING), AdvanceStop::kServerClosing);
+  EXPECT_EQ(stop(v1::STOP_REASON_STAGING), AdvanceStop::kStaging);
 }
 
 TEST(Convert, PutsTheStagesOfTheLimitsTogether) {

@@ -246,6 +246,33 @@ TEST(Session, AStageThatAnotherEditorHasHadIsSentAgain) {
   EXPECT_EQ(commands, (std::vector<std::string>{"7"})) << "a discard goes first";
 }
 
+// What an advance that was due has left to be staged is not forgotten: lost with the connection, it
+// is sent again, and no commit goes without it.
+TEST(Session, AStageThatIsUnderWayIsSentAgainWhenItIsLost) {
+  const History history(1);
+  FakeServer server;
+  server.on_edit = [&](EditScript& script, int stream) {
+    const bool is_first = stream == 1;
+    script.Open(Revision{0}, /*last_update_id=*/is_first ? 0 : 2, /*staged_count=*/0);
+    script.Accept(script.Next());
+    if (is_first) {
+      script.Advanced(script.Next(), {}, v1::STOP_REASON_STAGING);
+      script.Next();
+    }
+    return PulledCable();
+  };
+  const auto session = Open(server);
+  session->SetAnswers(Answers::kWithAdvance);
+  ASSERT_TRUE(session->UpdateMetric({.source = SizeMetric{"0.1"}}).ok());
+  const auto due = session->Advance({.time_max = std::chrono::milliseconds(1)});
+  ASSERT_TRUE(due.ok()) << due.error().message;
+  EXPECT_EQ(due->stop, AdvanceStop::kStaging);
+  EXPECT_EQ(due->revision, due->base_revision);
+  const auto lost = session->Advance();
+  ASSERT_FALSE(lost.ok());
+  EXPECT_EQ(lost.error().code, ErrorCode::kUpdateRejected);
+}
+
 // A server that shuts down ends an advance; who asked for no limit gets all of it from the next.
 TEST(Session, AnAdvanceGoesOnWhereTheNextServerIsThere) {
   const History history(2);

@@ -120,6 +120,10 @@ TEST(PromiseCheckers, Atomic) {
   split.seen.back().mutable_advanced()->set_revision(split.seen.back().advanced().base_revision() +
                                                      2);
   EXPECT_THAT(CheckAtomic(split), HasSubstr(kAtomic));
+  // A step that is not staged yet, committed all the same.
+  Transcript early = story.transcript;
+  early.seen.back().mutable_advanced()->set_stop_reason(v1::STOP_REASON_STAGING);
+  EXPECT_THAT(CheckAtomic(early), HasSubstr(kAtomic));
   // A refused step that left something behind.
   Transcript leaking = story.transcript;
   for (v1::EditResponse& response : leaking.seen) {

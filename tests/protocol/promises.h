@@ -102,8 +102,11 @@ inline std::string CheckAtomic(const Transcript& transcript) {
                                    " committed a step of which a part was "
                                    "refused");
       }
-      if (advanced.base_revision() != revision || advanced.revision() != revision + 1 ||
-          made[advanced.revision()] != 1) {
+      // One that was due while its step was being staged commits nothing of it.
+      const bool is_staging = advanced.stop_reason() == v1::STOP_REASON_STAGING;
+      const std::int64_t next = is_staging ? revision : revision + 1;
+      if (advanced.base_revision() != revision || advanced.revision() != next ||
+          (!is_staging && made[next] != 1)) {
         return Broken(kAtomic, "advance " + Text(id) + " led from " +
                                    Text(advanced.base_revision()) + " to " +
                                    Text(advanced.revision()) + " with " +

@@ -194,6 +194,7 @@ TEST(ConvertReply, NamesEveryReasonToStop) {
             v1::STOP_REASON_TIME_BUDGET);
   EXPECT_EQ(reason_of(StopReason::kCancelled, AdvanceEnd::kServerClosing),
             v1::STOP_REASON_SERVER_CLOSING);
+  EXPECT_EQ(reason_of(StopReason::kVisitBudget, AdvanceEnd::kStaging), v1::STOP_REASON_STAGING);
 }
 
 TEST(ConvertReply, DescribesASession) {

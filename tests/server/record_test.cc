@@ -70,7 +70,7 @@ TEST(Record, RefusesWhatIsNoRecord) {
     EXPECT_FALSE(ReadRecord(std::span(good).first(i)).ok());
   }
   Bytes newer = good;
-  newer[4] = std::byte{4};
+  newer[4] = std::byte{5};
   EXPECT_EQ(ReadRecord(newer).error().code, ErrorCode::kDataVersion);
 }
 

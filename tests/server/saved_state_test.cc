@@ -116,6 +116,34 @@ void ExpectSame(const SessionMemory& a, const SessionMemory& b) {
   EXPECT_EQ(a.engine->tainted(), b.engine->tainted());
 }
 
+// Goal: an update that was answered before it was staged is staged when it is read; what comes of
+// it is known then, and what came after one that is refused is dropped with it.
+TEST_F(SavedStateTest, StagesWhatWasPutOff) {
+  Commit();
+  const auto put_off = [&](const std::string& size) {
+    const UpdateAnswer accepted{
+        {.update_id = ++update_id_, .revision = memory_.revision, .body = AcceptedEvent{1}},
+        {UpdateKind::kMetric, static_cast<std::uint64_t>(update_id_)}};
+    memory_.results.Add(accepted);
+    Record(AnswerRecord{
+        .answer = accepted, .effect = StageEffect::kPutOff, .update = TextCodec::From(size)});
+  };
+  put_off("0.1");
+  ASSERT_TRUE(memory_.engine->StageCommand(codec_.ReadUpdate(TextCodec::From("0.1"))).ok());
+  ExpectSame(Again(), memory_);
+  EXPECT_EQ(CountUnstaged(records_).value(), 1u);
+  put_off("x - 0.5");
+  put_off("0.2");
+  const SessionMemory again = Again();
+  EXPECT_EQ(again.engine->staged_count(), 1);
+  EXPECT_TRUE(again.engine->tainted());
+  ASSERT_TRUE(again.engine->late_refusal().has_value());
+  EXPECT_EQ(again.engine->late_refusal()->code, ErrorCode::kExpressionValue);
+  Record(AnswerRecord{.effect = StageEffect::kEmptied});
+  EXPECT_FALSE(Again().engine->tainted());
+  EXPECT_FALSE(Again().engine->late_refusal().has_value());
+}
+
 TEST_F(SavedStateTest, ReplaysRecordsAndSnapshotsAlike) {
   Commit();
   Stage("0.1 + 0.1*x");

@@ -69,6 +69,21 @@ class SessionStoreTest : public testing::Test {
     command.form = FormOf(request);
     return command;
   }
+  /// A size under number 2, with an advance that is due before it is staged.
+  std::shared_ptr<FakeEditor> EditDue(const std::string& size) {
+    const AdvanceSpec due{.time_max = std::chrono::milliseconds(1), .arrival = clock_.Now()};
+    clock_.Advance(std::chrono::milliseconds(2));
+    return Edit(*session_, {OpenCommand{.mirror_revision = Revision(1)}, Size(2, size),
+                            UpdateCommand{.update_id = 3, .body = due}});
+  }
+  /// Advance 4, and where it leads.
+  std::uint64_t Finish(Session& session, FakeEditor& editor) {
+    editor.commands.emplace_back(Advance(4));
+    session.Wake();
+    RunAll();
+    EXPECT_EQ(editor.Log().back(), "advanced 4");
+    return session.info().summary->state_hash;
+  }
   static UpdateCommand Advance(std::int64_t id) { return {.update_id = id, .body = AdvanceSpec{}}; }
 
   const StoreKey key_{DocumentKind::kSession, "", "s1"};
@@ -148,6 +163,47 @@ TEST_F(SessionStoreTest, SleepsAndWakesWithItsStage) {
   RunAll();
   Edit(*twin, {OpenCommand{}, Advance(1), Size(2, "0.1 + 0.1*x"), Advance(3)});
   EXPECT_EQ(twin->info().summary->state_hash, hash);
+}
+
+// Goal: an answer that comes while an update is still being staged is as durable as any other...
+TEST_F(SessionStoreTest, WhatIsAnsweredBeforeItIsStagedIsStoredFirst) {
+  session_->Detach(Edit(*session_, {OpenCommand{}, Advance(1)}).get());
+  store_.Hold();
+  const auto editor = EditDue("0.1");
+  EXPECT_THAT(editor->Log(), ElementsAre("opened"));
+  store_.Flush();
+  RunAll();
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "accepted 2", "advanced 3"));
+  EXPECT_EQ(std::get<AdvancedEvent>(editor->events[2].body).end, AdvanceEnd::kStaging);
+
+  // ...and who loads the session stages it again.
+  session_ = Restore();
+  const auto second = Edit(*session_, {OpenCommand{.mirror_revision = Revision(1)}});
+  EXPECT_EQ(std::get<OpenedEvent>(second->events[0].body).staged_count, 1);
+  const std::uint64_t hash = Finish(*session_, *second);
+  EXPECT_EQ(session_->info().revision, Revision(2));
+
+  // A twin whose advance was not due.
+  Session::Environment environment = Environment(Durability::kNone);
+  environment.journal = nullptr;
+  const auto twin =
+      std::make_shared<Session>(environment, "twin", std::map<std::string, std::string>{});
+  twin->Start(codec_.ReadInput(FormOf(test::UnitSquare("0.2"))).value(), [](const Status&) {});
+  RunAll();
+  const auto editor_of_twin = Edit(*twin, {OpenCommand{}, Advance(1), Size(2, "0.1")});
+  EXPECT_EQ(Finish(*twin, *editor_of_twin), hash);
+}
+
+TEST_F(SessionStoreTest, WhatIsRefusedAfterItWasAnsweredIsRefusedAgain) {
+  session_->Detach(Edit(*session_, {OpenCommand{}, Advance(1)}).get());
+  EXPECT_THAT(EditDue("x - 0.5")->Log(), ElementsAre("opened", "accepted 2", "advanced 3"));
+  session_ = Restore();
+  const auto editor =
+      Edit(*session_, {OpenCommand{.mirror_revision = Revision(1)}, Advance(4), Advance(5)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "rejected 4", "diff 5", "advanced 5"));
+  const Error& error = std::get<RejectedEvent>(editor->events[1].body).error;
+  EXPECT_EQ(error.code, ErrorCode::kExpressionValue) << error.message;
+  EXPECT_THAT(error.message, testing::HasSubstr("update 2"));
 }
 
 TEST_F(SessionStoreTest, ReadersOfASleepingSessionWakeItOnlyIfTheyLackSomething) {

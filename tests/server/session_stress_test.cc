@@ -29,6 +29,13 @@ class SharedEditor final : public Editor {
     ++taken_;
     return command;
   }
+  void LookAhead(const std::function<bool(const SessionCommand&)>& look) const override {
+    const std::lock_guard lock(mutex_);
+    if (left_) return;
+    for (const SessionCommand& command : commands_) {
+      if (!look(command)) return;
+    }
+  }
   [[nodiscard]] bool HasRoom() const override { return true; }
   void CommandDone() override {
     const std::lock_guard lock(mutex_);
@@ -64,7 +71,7 @@ class SharedEditor final : public Editor {
   }
 
  private:
-  std::mutex mutex_;
+  mutable std::mutex mutex_;
   std::condition_variable changed_;
   std::deque<SessionCommand> commands_;
   int taken_ = 0;

@@ -51,7 +51,7 @@ v1::EditRequest ImitatedEditor::RandomUpdate() {
   if (kind < 5) {
     v1::Advance& advance = *request.mutable_advance();
     if (rng.Below(2) == 0) advance.set_budget_visits(1 + static_cast<int>(rng.Below(60)));
-    if (rng.Below(3) == 0) advance.set_budget_ms(1 + static_cast<int>(rng.Below(3)));
+    if (rng.Below(2) == 0) advance.set_budget_ms(1 + static_cast<int>(rng.Below(5) / 3));
     if (rng.Below(3) == 0) advance.set_commit_interval_ms(10);
   } else if (kind < 7) {
     request.mutable_metric()->add_sources()->mutable_size()->set_size(

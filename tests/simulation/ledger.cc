@@ -133,7 +133,10 @@ void Ledger::Committing(const Command& command, const v1::EditResponse& response
   if (tainted_ && !is_rollback) {
     Check(Broken(test::kAtomic, name + " committed a step of which a part was refused"));
   }
-  if (advanced.base_revision() != revision_ || advanced.revision() <= revision_) {
+  const bool is_put_off = advanced.stop_reason() == v1::STOP_REASON_STAGING;
+  if (is_put_off) ++put_off_count_;
+  if (advanced.base_revision() != revision_ ||
+      (is_put_off ? advanced.revision() != revision_ : advanced.revision() <= revision_)) {
     Check(Broken(test::kOrdered, name + " led from " + Text(advanced.base_revision()) + " to " +
                                      Text(advanced.revision()) + ", after revision " +
                                      Text(revision_)));
@@ -145,6 +148,10 @@ void Ledger::Committing(const Command& command, const v1::EditResponse& response
       Check(Broken(test::kComplete,
                    name + " did not lead back to revision " + Text(command.to_revision)));
     }
+  }
+  if (is_put_off) {
+    if (staged_.empty()) Check(Broken(test::kAtomic, name + " had nothing to wait for"));
+    return;
   }
   revision_ = advanced.revision();
   Saw(revision_, advanced.state_hash());

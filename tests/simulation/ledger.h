@@ -46,6 +46,8 @@ class Ledger {
   [[nodiscard]] std::int64_t collision_count() const { return collision_count_; }
   [[nodiscard]] std::int64_t repeat_count() const { return repeat_count_; }
   [[nodiscard]] std::int64_t rollback_count() const { return rollback_count_; }
+  /// Advances that were answered while their updates were still being staged.
+  [[nodiscard]] std::int64_t put_off_count() const { return put_off_count_; }
 
  private:
   struct First {
@@ -69,6 +71,7 @@ class Ledger {
   std::int64_t collision_count_ = 0;
   std::int64_t repeat_count_ = 0;
   std::int64_t rollback_count_ = 0;
+  std::int64_t put_off_count_ = 0;
   std::string wrong_;
 };
 

@@ -200,11 +200,13 @@ void LibraryEditor::Advance() {
   Rng& rng = world_.rng();
   client::AdvanceOptions options;
   if (rng.Below(2) == 0) options.visits_max = 1 + static_cast<std::int64_t>(rng.Below(60));
-  if (rng.Below(3) == 0) options.time_max = std::chrono::milliseconds(1 + rng.Below(3));
+  if (rng.Below(2) == 0) options.time_max = std::chrono::milliseconds(1 + rng.Below(5) / 3);
   if (rng.Below(3) == 0) options.commit_interval = std::chrono::milliseconds(10);
   const auto report = session_->Advance(options);
   if (report.ok()) {
     CheckCommit(*report);
+    // What is on its way to the stage is in the next commit.
+    if (report->stop == client::AdvanceStop::kStaging) return;
   } else {
     Note(report.error());
   }
@@ -257,6 +259,7 @@ void LibraryEditor::Note(const Error& error) {
 // --- What must hold -----------------------------------------------------------------------------
 
 void LibraryEditor::CheckCommit(const client::AdvanceReport& report) {
+  if (report.stop == client::AdvanceStop::kStaging) return CheckReplica();
   ++commit_count_;
   const auto revision = static_cast<std::int64_t>(report.revision);
   if (has_refusal_) {

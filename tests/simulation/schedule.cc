@@ -25,6 +25,7 @@ void Tally::Add(const Tally& other) {
   repeats += other.repeats;
   collisions += other.collisions;
   rollbacks += other.rollbacks;
+  put_off += other.put_off;
   saved += other.saved;
   forks += other.forks;
   unfinished += other.unfinished;
@@ -271,6 +272,7 @@ Tally Schedule::tally() {
     tally.repeats += place.ledger.repeat_count();
     tally.collisions += place.ledger.collision_count();
     tally.rollbacks += place.ledger.rollback_count();
+    tally.put_off += place.ledger.put_off_count();
   }
   tally.saved = server_.saved_count();
   tally.forks = static_cast<std::int64_t>(server_.places().size()) - 2;

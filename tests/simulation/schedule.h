@@ -24,6 +24,7 @@ struct Tally {
   std::int64_t repeats = 0;     ///< Commands that were answered again.
   std::int64_t collisions = 0;  ///< Commands under a number that another one had used.
   std::int64_t rollbacks = 0;
+  std::int64_t put_off = 0;  ///< Advances that were due while updates were being staged.
   std::int64_t saved = 0;
   std::int64_t forks = 0;
   std::int64_t unfinished = 0;

@@ -47,6 +47,7 @@ TEST_P(Simulation, EveryMirrorEqualsTheServer) {
   EXPECT_GT(sum.repeats, many);
   EXPECT_GT(sum.collisions, many);
   EXPECT_GT(sum.rollbacks, many);
+  EXPECT_GT(sum.put_off, many / 10);
   EXPECT_GT(sum.saved, many);
   EXPECT_GT(sum.forks, many);
   EXPECT_GT(sum.unfinished, many);

@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <deque>
+#include <functional>
 #include <memory>
 #include <optional>
 #include <string>
@@ -69,6 +70,12 @@ class EditLink final : public server::Editor {
       }
     }
     return command;
+  }
+  void LookAhead(const std::function<bool(const server::SessionCommand&)>& look) const override {
+    if (!HasRoom()) return;
+    for (const server::SessionCommand& command : arrived) {
+      if (!look(command)) return;
+    }
   }
   void CommandDone() override {}
   [[nodiscard]] bool HasRoom() const override { return !is_dead && down.size() < room_; }

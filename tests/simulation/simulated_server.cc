@@ -92,6 +92,9 @@ void SimulatedServer::Receive(const std::shared_ptr<EditLink>& link) {
   }
   server::UpdateCommand command = server::ConvertUpdate(request, {});
   command.fingerprint = server::FingerprintOf(request);
+  if (auto* advance = std::get_if<server::AdvanceSpec>(&command.body)) {
+    advance->arrival = clock_.Now();
+  }
   link->arrived.emplace_back(std::move(command));
   session.Wake();
 }

@@ -272,6 +272,12 @@ class FakeEditor final : public Editor {
     commands.pop_front();
     return command;
   }
+  void LookAhead(const std::function<bool(const SessionCommand&)>& look) const override {
+    if (!has_room) return;
+    for (const SessionCommand& command : commands) {
+      if (!look(command)) return;
+    }
+  }
   void CommandDone() override { ++done_count; }
   [[nodiscard]] bool HasRoom() const override { return has_room; }
   void Send(SessionEvent event) override {

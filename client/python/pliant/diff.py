@@ -95,7 +95,9 @@ class Diff(Change):
             None unless the session was made or opened with `with_transfer`, and in a diff
             over several revisions.
         stop_reason: "CONVERGED", "VISIT_BUDGET", "TIME_BUDGET", "CANCELLED", "VERTEX_LIMIT",
-            "VISIT_LIMIT" or "SERVER_CLOSING".
+            "VISIT_LIMIT" or "SERVER_CLOSING"; or "STAGING": the time was over, or `cancel` was
+            called, before all that the call had sent was staged. Then nothing is committed,
+            `revision` is `base_revision`, and staging goes on: the next `advance` commits it.
         active_count: vertices that the loop has not finished; 0 if converged.
         visit_count, move_count, insertion_count, deletion_count, swap_count: work of the loop.
         cooled_count: vertices that came to rest by their age alone: the metric cannot be met there.

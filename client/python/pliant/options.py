@@ -24,13 +24,14 @@ _SMOOTHINGS = _names(options_pb2.Smoothing, "SMOOTHING_")
 class Advance:
     """How long one run of the loop may take. Without limits it runs until converged.
 
-    A run that hits its limit leaves a valid mesh, and another one goes on from there.
+    A run that hits its limit leaves a valid mesh, and another one goes on from there. It commits
+    one revision, unless the time is over before all is staged that was sent with it
+    (`Diff.stop_reason` "STAGING"): then the next one does.
 
     Attributes:
         visits_max: at most this many visits of vertices, > 0.
         time_ms_max: at most this long, in ms, > 0: from when the server has the advance, so that it
-            is a deadline also for what the same call sends with it. A first step is made in any
-            case.
+            is a deadline also for what the same call sends with it.
     """
 
     visits_max: Optional[int] = None

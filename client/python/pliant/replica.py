@@ -55,6 +55,21 @@ class Change:
     transfer: Optional[fields.TransferRows]
 
 
+def no_change(mirror: "Replica") -> Change:
+    """The Change from the mirror's revision to itself."""
+    def none(dtype, *shape):
+        return np.empty((0, *shape), dtype)
+
+    ids, pairs = none("<i4"), none("<i4", 2)
+    return Change(
+        base_revision=mirror.revision, revision=mirror.revision, removed_vertices=ids,
+        removed_triangles=ids, removed_edges=ids, vertex_ids=ids,
+        vertex_positions=none("<f8", 2), triangle_ids=ids, triangle_vertices=none("<i4", 3),
+        triangle_tags=ids, edge_ids=ids, edge_vertices=pairs, edge_tags=ids, counts=mirror.counts,
+        state_hash=mirror.state_hash, metric_vertex_ids=ids, metrics=none("<f8", 3), fields=[],
+        dropped_fields=[], transfer=None)
+
+
 def change_from_wire(message, blobs, is_snapshot) -> Change:
     """The Change of a `MeshDiff`, or of a `MeshSnapshot`, which is a diff from nothing."""
     def ids(name):
@@ -262,6 +277,11 @@ class Replica:
     def counts(self) -> Counts:
         """Live elements."""
         return Counts(self._vertices.count, self._triangles.count, self._edges.count)
+
+    @property
+    def state_hash(self) -> int:
+        """Of what is here."""
+        return int(self._hash)
 
     def apply(self, change: Change):
         """Goes to `change.revision`. Raises ReplicaMismatch, and is empty then."""

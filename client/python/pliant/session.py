@@ -266,9 +266,10 @@ class Session:
 
     def cancel(self) -> None:
         """Ends the loop of a call that runs in another thread, or in whose `on_progress` this is:
-        the mesh so far is committed, and that call returns, `Diff.stop_reason` "CANCELLED"; the
-        next `advance` goes on. Without such a call nothing happens. Where that call waits for a
-        lost server, it ends when there is one again.
+        the mesh so far is committed, and that call returns, `Diff.stop_reason` "CANCELLED", or
+        "STAGING" if what it has sent is not staged yet; the next `advance` goes on. Without such a
+        call nothing happens. Where that call waits for a lost server, it ends when there is one
+        again.
         """
         self._editor.cancel()
 
@@ -475,6 +476,8 @@ class Session:
                 raise errors.from_detail(answer.rejected.error)
         advanced = answers[-1].advanced
         change = self._changes[-1] if self._changes else None
+        if change is None and advanced.stop_reason == edit_pb2.STOP_REASON_STAGING:
+            change = replica.no_change(self._mirror)
         if change is None or change.revision != advanced.revision:
             raise errors.Error("PROTOCOL_ORDER", f"no diff came for revision {advanced.revision}")
         self._last_diff = diff.make_diff(change, advanced)

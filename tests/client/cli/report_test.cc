@@ -78,6 +78,8 @@ TEST(Report, EarlyEndsAreExplained) {
     report.stop = stop;
     EXPECT_THAT(StopWarning(report), HasSubstr("1,234 vertices")) << StopName(stop);
   }
+  report.stop = client::AdvanceStop::kStaging;
+  EXPECT_THAT(StopWarning(report), HasSubstr("nothing was committed"));
   report.stop = client::AdvanceStop::kVertexLimit;
   EXPECT_THAT(StopWarning(report), HasSubstr("--vertices-max"));
 }

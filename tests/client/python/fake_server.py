@@ -183,6 +183,11 @@ class FakeService(session_pb2_grpc.SessionServiceServicer):
             self.cancelled += [later.cancel.advance_update_id == request.update_id
                                for later in requests if later.HasField("cancel")]
             return
+        if fault == "staging":
+            yield self.answer(request, advanced=edit_pb2.AdvanceResult(
+                base_revision=self.revision, revision=self.revision,
+                stop_reason=edit_pb2.STOP_REASON_STAGING))
+            return
         self.staged_count = 0
         base, self.revision = self.revision, self.revision + 1
         self.applied.append(request.update_id)

@@ -111,6 +111,21 @@ def test_replica_follows_every_revision(start, chunk_bytes):
     check_view(before, meshes[0])
 
 
+def test_an_advance_that_is_due_before_all_is_staged_changes_nothing(start):
+    meshes = list(random_meshes(2))
+    service = FakeService(meshes, faults=[None, "staging"])
+    session = start(service)
+    seen = session.mesh
+    diff = session.update_metric(pliant.metric.size(2), advance=pliant.Advance(time_ms_max=1))
+    assert (diff.stop_reason, diff.converged, diff.empty) == ("STAGING", False, True)
+    assert diff.base_revision == diff.revision == session.revision == 1
+    assert (diff.counts.vertices, diff.state_hash) == (len(seen.points), meshes[0].state_hash())
+    assert session.mesh is seen and service.discard_count == 0
+    diff = session.advance()
+    assert diff.converged and diff.revision == 2 and service.discard_count == 0
+    check_view(session.mesh, meshes[1])
+
+
 @pytest.mark.parametrize("fault", ["hash", "count"])
 def test_a_difference_is_found_and_healed(start, fault):
     meshes = list(random_meshes(3))
