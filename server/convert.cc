@@ -41,6 +41,7 @@ Result<SessionInput> ConvertCreate(const v1::CreateSession& create, const Reques
   PLIANT_ASSIGN_OR_RETURN(input.engine.metric, ConvertFirstMetric(create, input.engine.start));
   PLIANT_ASSIGN_OR_RETURN(input.engine.options, ConvertOptions(create.options(), limits));
   PLIANT_ASSIGN_OR_RETURN(input.durability, DurabilityOf(create.options()));
+  PLIANT_ASSIGN_OR_RETURN(input.history_bytes_max, ConvertHistoryBytesMax(create.options()));
   const std::size_t point_count =
       std::visit([](const auto& start) { return start.points.size(); }, input.engine.start);
   if (point_count > static_cast<std::size_t>(input.engine.options.vertices_max)) {

@@ -6,6 +6,7 @@
 
 #include "server/convert_array.h"
 #include "server/convert_request.h"
+#include "server/limits.h"
 
 namespace pliant::server {
 namespace {
@@ -90,7 +91,6 @@ Result<OptionsUpdate> ConvertSet(const v1::SessionOptions& wire, const RequestLi
     }
     update.vertices_max = wire.vertices_max();
   }
-  if (wire.has_history_bytes_max()) return NotYet("History", "options.history_bytes_max");
   return update;
 }
 
@@ -117,7 +117,20 @@ Result<OptionsUpdate> ConvertOptionsUpdate(const v1::SessionOptions& wire,
     return RangeError("the durability of a session is chosen when it is created",
                       "options.durability");
   }
+  if (wire.has_history_bytes_max()) {
+    return RangeError("how much history a session keeps is chosen when it is created",
+                      "options.history_bytes_max");
+  }
   return ConvertSet(wire, limits);
+}
+
+Result<std::optional<std::int64_t>> ConvertHistoryBytesMax(const v1::SessionOptions& wire) {
+  if (!wire.has_history_bytes_max()) return std::optional<std::int64_t>();
+  const std::int64_t bytes = wire.history_bytes_max();
+  if (bytes >= 0 && bytes <= kKeptBytesMax) return std::optional(bytes);
+  return RangeError("options.history_bytes_max is " + std::to_string(bytes) +
+                        "; this server allows 0 to " + std::to_string(kKeptBytesMax),
+                    "options.history_bytes_max");
 }
 
 Result<ConstraintsUpdate> ConvertConstraints(const v1::ConstraintUpdate& wire) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 
 #include "core/base/result.h"
 #include "core/pliant/options.h"
@@ -17,7 +18,12 @@ struct RequestLimits {
   std::int32_t vertices_max = 0;
 };
 
-/// The options that a session begins with. Errors: kOutOfRange, kUnimplemented.
+/// How much a session is to keep of earlier revisions. Errors: kOutOfRange.
+[[nodiscard]] Result<std::optional<std::int64_t>> ConvertHistoryBytesMax(
+    const v1::SessionOptions& options);
+
+/// The options that a session begins with, but for what the server around the engine looks after.
+/// Errors: kOutOfRange, kUnimplemented.
 [[nodiscard]] Result<Options> ConvertOptions(const v1::SessionOptions& options,
                                              const RequestLimits& limits);
 

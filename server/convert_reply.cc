@@ -344,6 +344,7 @@ v1::Session ToSession(const SessionInfo& info) {
   if (info.commit_time) WriteTime(*info.commit_time, *wire.mutable_commit_time());
   wire.mutable_saved_revisions()->Add(info.saved_revisions.begin(), info.saved_revisions.end());
   wire.set_memory_bytes(info.memory_bytes);
+  if (info.history_bytes_max) wire.set_history_bytes_max(*info.history_bytes_max);
   wire.mutable_labels()->insert(info.labels.begin(), info.labels.end());
   return wire;
 }

@@ -59,8 +59,10 @@ Status Creation::Begin(v1::CreateSession create) {
   if (durability != Durability::kNone) form = FormOf(create);
   PLIANT_ASSIGN_OR_RETURN(const std::string id,
                           context_.registry->Reserve(tenant(), input.session_id));
-  const auto session = std::make_shared<Session>(EnvironmentOf(context_, tenant(), id, durability),
-                                                 id, std::move(input.labels));
+  Session::Environment environment = EnvironmentOf(context_, tenant(), id, durability);
+  environment.history_bytes_asked = input.history_bytes_max;
+  const auto session =
+      std::make_shared<Session>(std::move(environment), id, std::move(input.labels));
   session->Start(
       std::move(input.engine), [this, session](const Status& status) { Complete(session, status); },
       std::move(form));

@@ -71,6 +71,8 @@ inline constexpr std::size_t kUndoBytesMax = 64 << 20;
 /// hundred vertices.
 inline constexpr std::size_t kUndoBytesPerVertex = 1024;
 inline constexpr std::size_t kUndoBytesLeast = 512 << 10;
+/// Of both together, as a session may ask for.
+inline constexpr std::int64_t kKeptBytesMax = kUndoBytesMax + kHistoryBytesMax;
 /// Saved revisions of one session: each can cost as much as the mesh.
 inline constexpr std::size_t kSavedRevisionsMax = 16;
 /// Time without news after which a subscriber gets a bookmark, in ms: a sign of life that costs

@@ -10,7 +10,7 @@ namespace pliant::server {
 namespace {
 
 constexpr Seal kRecordSeal{.kind = 0x43524c50, .version = 4};  // "PLRC"
-constexpr Seal kInfoSeal{.kind = 0x46494c50, .version = 1};    // "PLIF"
+constexpr Seal kInfoSeal{.kind = 0x46494c50, .version = 2};    // "PLIF"
 constexpr char kRecordName[] = "session record";
 constexpr char kInfoName[] = "session head";
 
@@ -123,6 +123,8 @@ Bytes WriteInfo(const StoredInfo& stored) {
   PutTime(info.create_time, writer);
   writer.Put(static_cast<std::uint8_t>(info.commit_time.has_value() ? 1 : 0));
   PutTime(info.commit_time.value_or(Clock::WallTime{}), writer);
+  // It came to the format later: whoever did not ask for anything has nothing there.
+  if (info.history_bytes_max) writer.Put(*info.history_bytes_max);
   return SealBytes(kInfoSeal, std::move(writer).Take());
 }
 
@@ -151,6 +153,7 @@ Result<StoredInfo> ReadInfo(std::span<const std::byte> bytes) {
   const bool has_commit = reader.Take<std::uint8_t>() != 0;
   const Clock::WallTime commit_time = TakeTime(reader);
   if (has_commit) info.commit_time = commit_time;
+  if (reader.ok() && !reader.AtEnd()) info.history_bytes_max = reader.Take<std::int64_t>();
   if (!reader.AtEnd()) {
     return CorruptData(kInfoName, "does not hold what its checksum vouches for");
   }

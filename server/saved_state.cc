@@ -4,6 +4,7 @@
 #include <exception>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "core/mesh/mesh_delta.h"
 #include "core/metric/saved_spec.h"
@@ -16,7 +17,7 @@ namespace pliant::server {
 namespace {
 
 constexpr Seal kInputSeal{.kind = 0x4e494c50, .version = 2};   // "PLIN"
-constexpr Seal kMemorySeal{.kind = 0x454d4c50, .version = 3};  // "PLME"
+constexpr Seal kMemorySeal{.kind = 0x454d4c50, .version = 4};  // "PLME"
 constexpr char kMemoryName[] = "session snapshot";
 
 bool IsInput(std::span<const std::byte> bytes) {
@@ -70,16 +71,39 @@ Status TakeUndo(ByteReader& reader, SessionMemory& memory) {
 // As Session::Publish does: what comes next finds the same bounds as it found there.
 void BoundByMesh(SessionMemory& memory, const SessionMakers& makers) {
   const std::int64_t vertex_count = memory.summary ? memory.summary->vertex_count : 0;
-  memory.history.SetBytesMax(HistoryBytesMax(vertex_count, makers.history_bytes_max));
-  memory.undo.SetBytesMax(UndoBytesMax(vertex_count));
+  const std::optional<std::int64_t> asked = memory.history_bytes_max;
+  memory.history.SetBytesMax(HistoryBytesMax(vertex_count, makers.history_bytes_max, asked));
+  memory.undo.SetBytesMax(UndoBytesMax(vertex_count, asked));
+}
+
+// Then what came to the format later: whoever did not ask for anything has nothing there.
+void PutHistory(const SessionMemory& memory, ByteWriter& writer) {
+  writer.Put(static_cast<std::uint32_t>(memory.history.count()));
+  for (const auto& diff : memory.history.diffs()) PutDiff(*diff, writer);
+  if (memory.history_bytes_max) writer.Put(*memory.history_bytes_max);
+}
+
+void TakeHistory(ByteReader& reader, SessionMemory& memory, const SessionMakers& makers) {
+  std::vector<std::shared_ptr<const MeshDiff>> diffs;
+  const auto diff_count = reader.Take<std::uint32_t>();
+  for (std::uint32_t i = 0; reader.ok() && i < diff_count; ++i) {
+    diffs.push_back(std::make_shared<const MeshDiff>(TakeDiff(reader)));
+  }
+  if (reader.ok() && !reader.AtEnd()) memory.history_bytes_max = reader.Take<std::int64_t>();
+  if (memory.history_bytes_max && *memory.history_bytes_max < 0) reader.Fail();
+  if (!reader.ok()) return;
+  BoundByMesh(memory, makers);
+  for (auto& diff : diffs) memory.history.Add(std::move(diff));
 }
 
 Result<SessionMemory> ReadSnapshot(std::span<const std::byte> bytes, const SessionMakers& makers) {
   SessionMemory memory(makers.history_bytes_max);
   if (IsInput(bytes)) {
     PLIANT_ASSIGN_OR_RETURN(const auto input, OpenSeal(bytes, kInputSeal, kMemoryName));
-    PLIANT_ASSIGN_OR_RETURN(EngineInput start, makers.codec->ReadInput(input));
-    PLIANT_ASSIGN_OR_RETURN(memory.engine, StagedEngine::Create(std::move(start), makers.factory));
+    PLIANT_ASSIGN_OR_RETURN(SessionInput start, makers.codec->ReadInput(input));
+    memory.history_bytes_max = start.history_bytes_max;
+    PLIANT_ASSIGN_OR_RETURN(memory.engine,
+                            StagedEngine::Create(std::move(start.engine), makers.factory));
     memory.active_count = memory.engine->engine().vertex_count();
     return memory;
   }
@@ -111,12 +135,7 @@ Result<SessionMemory> ReadSnapshot(std::span<const std::byte> bytes, const Sessi
   }
   if (memory.results.last_update_id() != last_update_id) reader.Fail();
   PLIANT_RETURN_IF_ERROR(TakeUndo(reader, memory));
-  BoundByMesh(memory, makers);
-  const auto diff_count = reader.Take<std::uint32_t>();
-  for (std::uint32_t i = 0; reader.ok() && i < diff_count; ++i) {
-    auto diff = std::make_shared<const MeshDiff>(TakeDiff(reader));
-    if (reader.ok()) memory.history.Add(std::move(diff));
-  }
+  TakeHistory(reader, memory, makers);
   if (!reader.AtEnd() || memory.engine->revision() != memory.revision) {
     return CorruptData(kMemoryName, "does not hold what its checksum vouches for");
   }
@@ -260,8 +279,7 @@ Result<Bytes> WriteMemory(const SessionMemory& memory) {
   writer.Put(static_cast<std::uint32_t>(memory.results.count()));
   for (std::size_t i = 0; i < memory.results.count(); ++i) PutAnswer(memory.results.At(i), writer);
   PLIANT_RETURN_IF_ERROR(PutUndo(memory, writer));
-  writer.Put(static_cast<std::uint32_t>(memory.history.count()));
-  for (const auto& diff : memory.history.diffs()) PutDiff(*diff, writer);
+  PutHistory(memory, writer);
   return SealBytes(kMemorySeal, std::move(writer).Take());
 }
 

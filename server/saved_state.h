@@ -28,7 +28,7 @@ class SessionCodec {
  public:
   virtual ~SessionCodec() = default;
   /// What a session starts from. Errors: those of ConvertCreate.
-  [[nodiscard]] virtual Result<EngineInput> ReadInput(std::span<const std::byte> bytes) const = 0;
+  [[nodiscard]] virtual Result<SessionInput> ReadInput(std::span<const std::byte> bytes) const = 0;
   /// A staged update; what is wrong with it becomes its body.
   [[nodiscard]] virtual UpdateCommand ReadUpdate(std::span<const std::byte> bytes) const = 0;
 };
@@ -54,6 +54,7 @@ struct SessionMemory {
   std::int64_t active_count = 0;
   std::optional<MeshSummary> summary = {};
   std::optional<Clock::WallTime> commit_time = {};
+  std::optional<std::int64_t> history_bytes_max = {};  ///< As SessionInput has it.
 };
 
 /// What a session's journal begins with: what its creator sent...

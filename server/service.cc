@@ -321,6 +321,7 @@ grpc::ServerUnaryReactor* ServerServiceImpl::GetServerInfo(grpc::CallbackServerC
   limits["blobs_pending"] = static_cast<std::int64_t>(kBlobsPendingMax);
   limits["update_results"] = static_cast<std::int64_t>(kUpdateResultsMax);
   limits["region_tags"] = kRegionTagsMax;
+  limits["history_bytes"] = kKeptBytesMax;
   limits["expression_length"] = static_cast<std::int64_t>(kExpressionLengthMax);
   limits["sessions"] = static_cast<std::int64_t>(context_.sessions_max);
   limits["vertices"] = context_.limits.vertices_max;

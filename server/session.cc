@@ -26,7 +26,8 @@ Session::Session(Environment environment, std::string session_id,
       followers_(kSubscribersMax),
       journal_(MakeJournal()),
       history_(environment_.history_bytes_max),
-      results_(kUpdateResultsMax) {
+      results_(kUpdateResultsMax),
+      history_bytes_asked_(environment_.history_bytes_asked) {
   info_.session_id = session_id_;
   info_.labels = std::move(labels);
   info_.create_time = environment_.clock->WallNow();
@@ -454,6 +455,7 @@ void Session::PublishInfo() {
   info_.summary = summary_;
   info_.commit_time = commit_time_;
   info_.saved_revisions = undo_.saved();
+  info_.history_bytes_max = history_bytes_asked_;
 }
 
 }  // namespace pliant::server

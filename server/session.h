@@ -102,7 +102,9 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
     std::function<void(const std::string& session_id)> on_broken;
     /// Visits between two looks at the clock.
     std::int64_t visits_per_step = kVisitsPerStep;
+    /// Diffs of any session, and what this one was created to keep: see kept_bytes.h.
     std::size_t history_bytes_max = kHistoryBytesMax;
+    std::optional<std::int64_t> history_bytes_asked = {};
     /// Of the tenant; null: nobody counts.
     std::shared_ptr<TenantAccount> account = nullptr;
   };
@@ -343,6 +345,7 @@ class Session final : public Task, public std::enable_shared_from_this<Session> 
   DiffHistory history_;
   UndoHistory undo_{{.bytes_max = kUndoBytesMax, .saved_max = kSavedRevisionsMax}};
   UpdateResults results_;
+  std::optional<std::int64_t> history_bytes_asked_;
   Revision revision_ = Revision::kNone;
   std::int64_t applied_update_id_ = 0;
   std::int64_t active_count_ = 0;

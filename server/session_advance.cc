@@ -183,8 +183,9 @@ std::shared_ptr<const MeshDiff> Session::Commit(const RunningAdvance& advance) {
 // A revision is there: for the history, for who asks, and for who listens.
 void Session::Publish(const std::shared_ptr<const MeshDiff>& diff, std::int64_t update_id) {
   const std::int64_t vertex_count = diff->summary.vertex_count;
-  history_.SetBytesMax(HistoryBytesMax(vertex_count, environment_.history_bytes_max));
-  undo_.SetBytesMax(UndoBytesMax(vertex_count));
+  const std::size_t bytes_max = environment_.history_bytes_max;
+  history_.SetBytesMax(HistoryBytesMax(vertex_count, bytes_max, history_bytes_asked_));
+  undo_.SetBytesMax(UndoBytesMax(vertex_count, history_bytes_asked_));
   history_.Add(diff);
   ReportUsage();
   followers_wait_ = true;

@@ -31,7 +31,7 @@ Error Corrupt(const std::string& what) { return InFile(CorruptData(kFileName, wh
 /// A file holds memory, never what somebody would have to mesh first.
 class NoInput final : public SessionCodec {
  public:
-  Result<EngineInput> ReadInput(std::span<const std::byte>) const override {
+  Result<SessionInput> ReadInput(std::span<const std::byte>) const override {
     return CorruptData(kFileName, "has no mesh");
   }
   UpdateCommand ReadUpdate(std::span<const std::byte>) const override { return {}; }

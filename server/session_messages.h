@@ -35,6 +35,8 @@ enum class Durability : std::uint8_t {
 struct SessionInput {
   std::string session_id = {};                ///< May be empty.
   std::optional<Durability> durability = {};  ///< Absent: the server's default.
+  /// Undo data and diffs, in [0, kKeptBytesMax]; absent: as the mesh weighs (kept_bytes.h).
+  std::optional<std::int64_t> history_bytes_max = {};
   EngineInput engine = {};
   std::map<std::string, std::string> labels = {};
 };
@@ -298,7 +300,8 @@ struct SessionInfo {
   bool running = false;
   bool asleep = false;  ///< Not in memory; wakes on the next call.
   std::vector<std::int64_t> saved_revisions = {};
-  std::int64_t memory_bytes = 0;  ///< Roughly; 0 while it is built.
+  std::int64_t memory_bytes = 0;                       ///< Roughly; 0 while it is built.
+  std::optional<std::int64_t> history_bytes_max = {};  ///< As SessionInput has it.
   std::chrono::system_clock::time_point create_time = {};
   std::optional<std::chrono::system_clock::time_point> commit_time = {};
 };

@@ -109,6 +109,7 @@ Result<SessionMemory> Session::Fork(Revision revision) const {
   memory.active_count = way ? way->active_count : active_count_;
   memory.summary = memory.engine->engine().Snapshot().summary;
   memory.commit_time = environment_.clock->WallNow();
+  memory.history_bytes_max = history_bytes_asked_;
   return memory;
 }
 

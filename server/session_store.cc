@@ -16,6 +16,7 @@ Session::Session(Environment environment, SessionInfo stored)
   summary_ = stored.summary;
   commit_time_ = stored.commit_time;
   active_count_ = stored.active_count;
+  history_bytes_asked_ = stored.history_bytes_max;
   const std::lock_guard lock(mutex_);
   info_.revision = stored.revision;
   info_.summary = stored.summary;
@@ -24,6 +25,7 @@ Session::Session(Environment environment, SessionInfo stored)
   info_.saved_revisions = std::move(stored.saved_revisions);
   info_.create_time = stored.create_time;
   info_.commit_time = stored.commit_time;
+  info_.history_bytes_max = stored.history_bytes_max;
   info_.asleep = true;
 }
 
@@ -131,6 +133,7 @@ Bytes Session::Head() const {
   stored.info.last_update_id = results_.last_update_id();
   stored.info.saved_revisions = undo_.saved();
   stored.info.commit_time = commit_time_;
+  stored.info.history_bytes_max = history_bytes_asked_;
   return WriteInfo(stored);
 }
 
@@ -276,6 +279,7 @@ void Session::Adopt(SessionMemory memory) {
   active_count_ = memory.active_count;
   summary_ = memory.summary;
   commit_time_ = memory.commit_time;
+  history_bytes_asked_ = memory.history_bytes_max;
   recorded_spec_ = engine_->committed_spec();
   if (journal_ != nullptr) journal_->SetDurable(revision_);
 }

@@ -102,11 +102,10 @@ Bytes FormOf(const v1::CreateSession& create) { return Serialized(create); }
 
 Bytes FormOf(const v1::EditRequest& request) { return Serialized(request); }
 
-Result<EngineInput> WireCodec::ReadInput(std::span<const std::byte> bytes) const {
+Result<SessionInput> WireCodec::ReadInput(std::span<const std::byte> bytes) const {
   v1::CreateSession create;
   if (!Parse(bytes, create)) return CorruptData(kName, "is no CreateSession");
-  PLIANT_ASSIGN_OR_RETURN(SessionInput input, ConvertCreate(create, kNoLimits));
-  return std::move(input.engine);
+  return ConvertCreate(create, kNoLimits);
 }
 
 UpdateCommand WireCodec::ReadUpdate(std::span<const std::byte> bytes) const {

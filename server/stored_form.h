@@ -23,7 +23,7 @@ namespace pliant::server {
 class WireCodec final : public SessionCodec {
  public:
   /// What was allowed when it came is allowed again, whatever the configuration says now.
-  [[nodiscard]] Result<EngineInput> ReadInput(std::span<const std::byte> bytes) const override;
+  [[nodiscard]] Result<SessionInput> ReadInput(std::span<const std::byte> bytes) const override;
   [[nodiscard]] UpdateCommand ReadUpdate(std::span<const std::byte> bytes) const override;
 };
 

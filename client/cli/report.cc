@@ -156,18 +156,20 @@ Json RemeshJson(const RemeshReport& report, const RemeshResult& result) {
 }
 
 Json SessionJson(const client::SessionInfo& session) {
-  return {{"session_id", session.session_id},
-          {"revision", static_cast<std::int64_t>(session.revision)},
-          {"state", StateName(session.state)},
-          {"vertex_count", session.summary.vertex_count},
-          {"triangle_count", session.summary.triangle_count},
-          {"constrained_edge_count", session.summary.edge_count},
-          {"state_hash", Hex(session.summary.state_hash)},
-          {"active_count", session.active_count},
-          {"create_time", UtcTime(session.create_time)},
-          {"commit_time", UtcTime(session.commit_time)},
-          {"labels", session.labels},
-          {"memory_bytes", session.memory_bytes}};
+  Json json = {{"session_id", session.session_id},
+               {"revision", static_cast<std::int64_t>(session.revision)},
+               {"state", StateName(session.state)},
+               {"vertex_count", session.summary.vertex_count},
+               {"triangle_count", session.summary.triangle_count},
+               {"constrained_edge_count", session.summary.edge_count},
+               {"state_hash", Hex(session.summary.state_hash)},
+               {"active_count", session.active_count},
+               {"create_time", UtcTime(session.create_time)},
+               {"commit_time", UtcTime(session.commit_time)},
+               {"labels", session.labels},
+               {"memory_bytes", session.memory_bytes}};
+  if (session.history_bytes_max) json["history_bytes_max"] = *session.history_bytes_max;
+  return json;
 }
 
 std::string StopName(client::AdvanceStop stop) {

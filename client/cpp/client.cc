@@ -32,6 +32,9 @@ v1::CreateSession CreateMessage(const Start& start, const MetricSpec& metric,
   if (settings.durability) {
     create.mutable_options()->set_durability(WireDurability(*settings.durability));
   }
+  if (settings.history_bytes_max) {
+    create.mutable_options()->set_history_bytes_max(*settings.history_bytes_max);
+  }
   for (const auto& [key, value] : settings.labels) (*create.mutable_labels())[key] = value;
   return create;
 }

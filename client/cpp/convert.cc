@@ -455,6 +455,7 @@ SessionInfo FromWire(const v1::Session& session) {
   info.commit_time = FromWire(session.commit_time());
   for (const auto& [key, value] : session.labels()) info.labels.emplace(key, value);
   info.memory_bytes = session.memory_bytes();
+  if (session.has_history_bytes_max()) info.history_bytes_max = session.history_bytes_max();
   return info;
 }
 

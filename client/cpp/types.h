@@ -71,6 +71,9 @@ struct SessionSettings {
   /// Absent: strict where the server has a store. Anything but kNone fails with kUnimplemented
   /// where it has none.
   std::optional<Durability> durability = {};
+  /// How much of earlier revisions the server keeps, in bytes: four fifths for ways back, the rest
+  /// for diffs. 0 to ServerInfo::limits "history_bytes"; absent: about six times the mesh.
+  std::optional<std::int64_t> history_bytes_max = {};
 };
 
 enum class SessionState { kIdle, kRunning, kAsleep };
@@ -87,6 +90,7 @@ struct SessionInfo {
   std::chrono::system_clock::time_point commit_time;
   std::map<std::string, std::string> labels;
   std::int64_t memory_bytes = 0;
+  std::optional<std::int64_t> history_bytes_max = {};  ///< As SessionSettings has it.
 };
 
 /// How far one advance may go. Without limits it runs until converged.

@@ -68,6 +68,7 @@ TEST(Client, CreateSendsDomainMetricAndOptions) {
   settings.labels["solver"] = "toy";
   settings.options.seed = ~std::uint64_t{0};
   settings.durability = Durability::kRelaxed;
+  settings.history_bytes_max = 0;
   MetricSpec metric;
   metric.source = ExpressionMetric{"1", "0", "4"};
   metric.bounds.size_min = 0.25;
@@ -82,6 +83,8 @@ TEST(Client, CreateSendsDomainMetricAndOptions) {
   EXPECT_EQ(created.domain().points().shape(0), 4);
   EXPECT_EQ(created.options().seed(), -1);
   EXPECT_EQ(created.options().durability(), v1::DURABILITY_RELAXED);
+  EXPECT_TRUE(created.options().has_history_bytes_max());
+  EXPECT_EQ(created.options().history_bytes_max(), 0);
   EXPECT_FALSE(created.options().has_vertices_max()) << "defaults are the server's business";
   EXPECT_EQ(created.metric().sources(0).expression().m22(), "4");
   EXPECT_EQ(created.metric().limits().size_min(), 0.25);

@@ -194,6 +194,27 @@ TEST(ConvertCreate, RefusesEnumsThatAreUnspecifiedOrUnknown) {
   ExpectRefused(create, ErrorCode::kOutOfRange, "options.restrictions");
 }
 
+TEST(ConvertCreate, TakesHowMuchHistoryIsKept) {
+  v1::CreateSession create = test::UnitSquare();
+  EXPECT_EQ(ConvertCreate(create, kLimits)->history_bytes_max, std::nullopt);
+  for (const std::int64_t bytes : {std::int64_t{0}, kKeptBytesMax}) {
+    create.mutable_options()->set_history_bytes_max(bytes);
+    EXPECT_EQ(ConvertCreate(create, kLimits)->history_bytes_max, bytes);
+  }
+  for (const std::int64_t bytes : {std::int64_t{-1}, kKeptBytesMax + 1}) {
+    create.mutable_options()->set_history_bytes_max(bytes);
+    ExpectRefused(create, ErrorCode::kOutOfRange, "options.history_bytes_max");
+  }
+  v1::EditRequest later;
+  later.set_update_id(1);
+  later.mutable_options()->set_history_bytes_max(0);
+  const UpdateCommand command = ConvertUpdate(later, kLimits);
+  const auto* bad = std::get_if<BadUpdate>(&command.body);
+  ASSERT_NE(bad, nullptr);
+  EXPECT_EQ(bad->error.code, ErrorCode::kOutOfRange);
+  EXPECT_EQ(bad->error.field, "options.history_bytes_max");
+}
+
 TEST(ConvertCreate, SaysWhatIsNotImplementedInsteadOfIgnoringIt) {
   const auto with = [](auto change) {
     v1::CreateSession create = test::UnitSquare();
@@ -206,8 +227,6 @@ TEST(ConvertCreate, SaysWhatIsNotImplementedInsteadOfIgnoringIt) {
                 ErrorCode::kUnimplemented, "metric.sources");
   ExpectRefused(with([](auto& c) { c.mutable_metric()->add_sources()->mutable_vertices(); }),
                 ErrorCode::kProtocolOrder, "metric.sources");
-  ExpectRefused(with([](auto& c) { c.mutable_options()->set_history_bytes_max(1); }),
-                ErrorCode::kUnimplemented, "options.history_bytes_max");
   ExpectRefused(
       with([](auto& c) { c.mutable_options()->set_durability(v1::DURABILITY_UNSPECIFIED); }),
       ErrorCode::kOutOfRange, "options.durability");
@@ -298,8 +317,6 @@ TEST(ConvertUpdate, TurnsEveryKindThatIsNotImplementedIntoItsRefusal) {
   request.mutable_metric()->add_sources()->mutable_solution()->mutable_field()->set_name("u");
   request.mutable_metric()->mutable_displacement();
   EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented) << "values of vertices where they were";
-  request.mutable_options()->set_history_bytes_max(1);
-  EXPECT_EQ(code_of(request), ErrorCode::kUnimplemented);
 }
 
 TEST(ConvertUpdate, TakesMotions) {

@@ -108,6 +108,9 @@ TEST(Record, KeepsWhatAListShows) {
   EXPECT_EQ(again->info.saved_revisions, stored.info.saved_revisions);
   EXPECT_EQ(again->info.create_time, stored.info.create_time);
   EXPECT_FALSE(again->info.commit_time.has_value());
+  EXPECT_FALSE(again->info.history_bytes_max.has_value());
+  stored.info.history_bytes_max = 0;
+  EXPECT_EQ(ReadInfo(WriteInfo(stored))->info.history_bytes_max, 0);
   EXPECT_FALSE(ReadInfo(WriteRecord(SavedRecord{})).ok()) << "another kind of bytes";
 }
 

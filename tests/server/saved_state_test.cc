@@ -4,6 +4,7 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <string>
 
 #include "server/kept_bytes.h"
@@ -15,12 +16,14 @@ namespace {
 // Reads specifications from text: "size" of a square for an input, "size" for an update.
 class TextCodec final : public SessionCodec {
  public:
-  Result<EngineInput> ReadInput(std::span<const std::byte> bytes) const override {
+  Result<SessionInput> ReadInput(std::span<const std::byte> bytes) const override {
     Domain domain;
     domain.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
     domain.segments = {{0, 1}, {1, 2}, {2, 3}, {3, 0}};
-    return EngineInput{
-        .start = domain, .metric = {.source = SizeMetric{Text(bytes)}}, .options = {}};
+    SessionInput input;
+    input.engine = {.start = domain, .metric = {.source = SizeMetric{Text(bytes)}}, .options = {}};
+    input.history_bytes_max = history_bytes_max;
+    return input;
   }
   UpdateCommand ReadUpdate(std::span<const std::byte> bytes) const override {
     return {.body = MetricUpdate{.source = SizeMetric{Text(bytes)}}};
@@ -32,6 +35,8 @@ class TextCodec final : public SessionCodec {
     const auto bytes = std::as_bytes(std::span(text));
     return Bytes(bytes.begin(), bytes.end());
   }
+
+  std::optional<std::int64_t> history_bytes_max = {};
 };
 
 class SavedStateTest : public testing::Test {
@@ -77,8 +82,10 @@ class SavedStateTest : public testing::Test {
       record.change.emplace<1>(*memory_.engine->Save());
     }
     Record(record);
-    memory_.history.SetBytesMax(HistoryBytesMax(diff->summary.vertex_count, kHistoryBytesMax));
-    memory_.undo.SetBytesMax(UndoBytesMax(diff->summary.vertex_count));
+    const std::int64_t vertex_count = diff->summary.vertex_count;
+    const std::optional<std::int64_t> asked = memory_.history_bytes_max;
+    memory_.history.SetBytesMax(HistoryBytesMax(vertex_count, kHistoryBytesMax, asked));
+    memory_.undo.SetBytesMax(UndoBytesMax(vertex_count, asked));
     memory_.history.Add(diff);
     memory_.revision = diff->revision;
     memory_.applied_update_id = update_id_;
@@ -92,7 +99,7 @@ class SavedStateTest : public testing::Test {
     return std::move(again).value();
   }
 
-  const TextCodec codec_;
+  TextCodec codec_;
   const SessionMakers makers_;
   Bytes snapshot_;
   std::vector<Bytes> records_;
@@ -200,6 +207,39 @@ TEST_F(SavedStateTest, KeepsNoMoreThanWasKept) {
   const SessionMemory later = Again();
   EXPECT_EQ(later.undo.steps().size(), memory_.undo.steps().size());
   EXPECT_EQ(later.history.count(), memory_.history.count());
+}
+
+// Goal: the same where the session was created to keep a certain amount, from its input on.
+TEST_F(SavedStateTest, KeepsAsMuchAsWasAskedFor) {
+  std::vector<std::size_t> step_counts;
+  for (const std::int64_t asked : {std::int64_t{0}, std::int64_t{200'000}, kKeptBytesMax}) {
+    SCOPED_TRACE(asked);
+    codec_.history_bytes_max = asked;
+    records_.clear();
+    update_id_ = 0;
+    memory_ = ReadMemory(snapshot_, {}, makers_).value();
+    EXPECT_EQ(memory_.history_bytes_max, asked);
+    Commit();
+    for (int i = 0; i < 24; ++i) {
+      Stage(i % 2 == 0 ? "0.04" : "0.05");
+      Commit();
+    }
+    step_counts.push_back(memory_.undo.steps().size());
+    const SessionMemory replayed = Again();
+    const Bytes snapshot = WriteMemory(replayed).value();
+    const SessionMemory loaded = ReadMemory(snapshot, {}, makers_).value();
+    for (const SessionMemory* again : {&replayed, &loaded}) {
+      EXPECT_EQ(again->history_bytes_max, asked);
+      EXPECT_EQ(again->undo.steps().size(), memory_.undo.steps().size());
+      // The first revision is stored whole: there is no diff to it.
+      EXPECT_EQ(again->history.count(), std::min<std::size_t>(memory_.history.count(), 24));
+    }
+    EXPECT_EQ(WriteMemory(loaded).value(), snapshot);
+  }
+  EXPECT_EQ(step_counts.front(), 0U);
+  EXPECT_GT(step_counts[1], 0U);
+  EXPECT_LT(step_counts[1], 24U);
+  EXPECT_EQ(step_counts.back(), 24U);
 }
 
 TEST_F(SavedStateTest, KeepsTheStage) {

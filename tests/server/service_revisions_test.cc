@@ -6,6 +6,7 @@
 #include <string>
 
 #include "server/limits.h"
+#include "tests/support/files.h"
 #include "tests/support/in_process_server.h"
 #include "tests/support/mirror.h"
 #include "tests/support/subscribe_client.h"
@@ -97,6 +98,36 @@ TEST_F(RevisionsTest, GoingBackIsBitForBitAndSoIsWhatFollows) {
   EXPECT_EQ(Rollback(5).advanced().state_hash(), at2);
   EXPECT_EQ(follower.Follow(followed, mirror.revision), "");
   EXPECT_TRUE(followed == mirror);
+}
+
+// Goal: a session keeps as much as its creator asked for; forks and imported sessions do too, and
+// all of them say so.
+TEST_F(RevisionsTest, KeepsAsMuchHistoryAsWasAskedFor) {
+  v1::CreateSession create = UnitSquare("0.1");
+  create.mutable_options()->set_history_bytes_max(0);
+  ASSERT_TRUE(server.Create(create, &id).ok());
+  edit = std::make_unique<EditClient>(server, id);
+  mirror = {};
+  update = 0;
+  AdvanceTo("0.1");
+  ASSERT_TRUE(Save(1).ok());
+  AdvanceTo("0.08");
+  AdvanceTo("0.06");
+  EXPECT_EQ(Rollback(2).rejected().error().reason(), "REVISION_NOT_FOUND");
+  EXPECT_TRUE(Rollback(1).has_advanced()) << "it is saved, which costs what it costs";
+  ASSERT_TRUE(Fork(0, "fork").ok());
+  v1::Session imported;
+  ASSERT_TRUE(ImportFile(server, ExportFile(server, id), "import", &imported).ok());
+  EXPECT_TRUE(imported.has_history_bytes_max());
+  for (const std::string& name : {id, std::string("fork"), std::string("import")}) {
+    grpc::ClientContext context;
+    v1::GetSessionRequest request;
+    request.set_session_id(name);
+    v1::GetSessionResponse response;
+    ASSERT_TRUE(server.sessions->GetSession(&context, request, &response).ok());
+    EXPECT_TRUE(response.session().has_history_bytes_max()) << name;
+    EXPECT_EQ(response.session().history_bytes_max(), 0);
+  }
 }
 
 TEST_F(RevisionsTest, RefusesWhatIsNotKeptAndWhileSomethingIsStaged) {

@@ -33,12 +33,16 @@ class SessionStoreTest : public testing::Test {
             .durability = durability,
             .on_broken = [](const std::string&) {}};
   }
-  std::shared_ptr<Session> Start(Durability durability) {
-    const v1::CreateSession create = test::UnitSquare("0.2");
-    auto session = std::make_shared<Session>(Environment(durability), key_.name,
+  std::shared_ptr<Session> Start(Durability durability,
+                                 std::optional<std::int64_t> history_bytes_max = {}) {
+    v1::CreateSession create = test::UnitSquare("0.2");
+    if (history_bytes_max) create.mutable_options()->set_history_bytes_max(*history_bytes_max);
+    Session::Environment environment = Environment(durability);
+    environment.history_bytes_asked = history_bytes_max;
+    auto session = std::make_shared<Session>(std::move(environment), key_.name,
                                              std::map<std::string, std::string>{});
     session->Start(
-        codec_.ReadInput(FormOf(create)).value(),
+        codec_.ReadInput(FormOf(create))->engine,
         [this](const Status& status) { start_status_ = status; }, FormOf(create));
     RunAll();
     return session;
@@ -159,7 +163,7 @@ TEST_F(SessionStoreTest, SleepsAndWakesWithItsStage) {
       std::make_shared<Session>(environment, "twin", std::map<std::string, std::string>{});
   const v1::CreateSession create = test::UnitSquare("0.2");
   twin->Start(
-      codec_.ReadInput(FormOf(create)).value(), [](const Status&) {}, FormOf(create));
+      codec_.ReadInput(FormOf(create))->engine, [](const Status&) {}, FormOf(create));
   RunAll();
   Edit(*twin, {OpenCommand{}, Advance(1), Size(2, "0.1 + 0.1*x"), Advance(3)});
   EXPECT_EQ(twin->info().summary->state_hash, hash);
@@ -188,7 +192,7 @@ TEST_F(SessionStoreTest, WhatIsAnsweredBeforeItIsStagedIsStoredFirst) {
   environment.journal = nullptr;
   const auto twin =
       std::make_shared<Session>(environment, "twin", std::map<std::string, std::string>{});
-  twin->Start(codec_.ReadInput(FormOf(test::UnitSquare("0.2"))).value(), [](const Status&) {});
+  twin->Start(codec_.ReadInput(FormOf(test::UnitSquare("0.2")))->engine, [](const Status&) {});
   RunAll();
   const auto editor_of_twin = Edit(*twin, {OpenCommand{}, Advance(1), Size(2, "0.1")});
   EXPECT_EQ(Finish(*twin, *editor_of_twin), hash);
@@ -204,6 +208,27 @@ TEST_F(SessionStoreTest, WhatIsRefusedAfterItWasAnsweredIsRefusedAgain) {
   const Error& error = std::get<RejectedEvent>(editor->events[1].body).error;
   EXPECT_EQ(error.code, ErrorCode::kExpressionValue) << error.message;
   EXPECT_THAT(error.message, testing::HasSubstr("update 2"));
+}
+
+// Goal: a session keeps as much as it was created to keep, also when it has slept or was loaded by
+// another server, and says so meanwhile.
+TEST_F(SessionStoreTest, KeepsAsMuchHistoryAsItWasCreatedTo) {
+  session_->Delete({ErrorCode::kSessionNotFound, "deleted", {}}, [](const Status&) {});
+  RunAll();
+  session_ = Start(Durability::kRelaxed, /*history_bytes_max=*/0);
+  session_->Detach(Edit(*session_, {OpenCommand{}, Advance(1), Size(2, "0.1"), Advance(3)}).get());
+  const auto back = [](std::int64_t id) {
+    return UpdateCommand{.update_id = id, .body = RollbackUpdate{Revision(1)}};
+  };
+  session_->Detach(Edit(*session_, {OpenCommand{.mirror_revision = Revision(2)}, back(4)}).get());
+  session_ = Restore();
+  EXPECT_TRUE(session_->info().asleep);
+  EXPECT_EQ(session_->info().history_bytes_max, 0);
+  const auto editor = Edit(*session_, {OpenCommand{.mirror_revision = Revision(2)}, back(5),
+                                       Size(6, "0.2"), Advance(7), back(8)});
+  EXPECT_THAT(editor->Log(), ElementsAre("opened", "rejected 5", "accepted 6", "diff 7",
+                                         "advanced 7", "rejected 8"));
+  EXPECT_EQ(session_->info().history_bytes_max, 0);
 }
 
 TEST_F(SessionStoreTest, ReadersOfASleepingSessionWakeItOnlyIfTheyLackSomething) {
@@ -230,7 +255,7 @@ TEST_F(SessionStoreTest, ASessionWithoutAJournalDoesNotSleep) {
   environment.journal = nullptr;
   const auto session =
       std::make_shared<Session>(environment, "m", std::map<std::string, std::string>{});
-  session->Start(codec_.ReadInput(FormOf(test::UnitSquare())).value(), [](const Status&) {});
+  session->Start(codec_.ReadInput(FormOf(test::UnitSquare()))->engine, [](const Status&) {});
   RunAll();
   session->RequestSleep();
   RunAll();

@@ -34,7 +34,7 @@ class SleeperTest : public testing::Test {
                              .on_broken = nullptr},
         id, std::map<std::string, std::string>{});
     session->Start(
-        codec_.ReadInput(FormOf(create)).value(), [](const Status&) {}, FormOf(create));
+        codec_.ReadInput(FormOf(create))->engine, [](const Status&) {}, FormOf(create));
     RunAll();
     EXPECT_TRUE(registry_.Reserve("", id).ok());
     registry_.Publish("", session);

@@ -16,11 +16,11 @@ namespace {
 TEST(StoredForm, BringsBackWhatASessionStartsFrom) {
   v1::CreateSession create = test::UnitSquare("0.25");
   create.mutable_options()->set_seed(7);
-  const Result<EngineInput> input = WireCodec().ReadInput(FormOf(create));
+  const Result<SessionInput> input = WireCodec().ReadInput(FormOf(create));
   ASSERT_TRUE(input.ok()) << input.error().message;
-  EXPECT_EQ(std::get<Domain>(input->start).points.size(), 4u);
-  EXPECT_EQ(std::get<SizeMetric>(input->metric.source).size, "0.25");
-  EXPECT_EQ(input->options.seed, 7u);
+  EXPECT_EQ(std::get<Domain>(input->engine.start).points.size(), 4u);
+  EXPECT_EQ(std::get<SizeMetric>(input->engine.metric.source).size, "0.25");
+  EXPECT_EQ(input->engine.options.seed, 7u);
 }
 
 TEST(StoredForm, BringsBackUpdates) {

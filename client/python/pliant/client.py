@@ -24,6 +24,7 @@ class SessionInfo:
         vertex_count, triangle_count: size of its mesh.
         active_count: vertices that its loop has not finished.
         labels: as given when it was created.
+        history_bytes_max: likewise; None: that was left to the server.
     """
 
     session_id: str
@@ -32,6 +33,7 @@ class SessionInfo:
     triangle_count: int
     active_count: int
     labels: Mapping[str, str]
+    history_bytes_max: Optional[int] = None
 
 
 class Client(jobs.JobCalls, files.FileCalls):
@@ -70,7 +72,8 @@ class Client(jobs.JobCalls, files.FileCalls):
                        labels: Optional[Mapping[str, str]] = None,
                        advance: Optional[opts.Advance] = None, with_metric: bool = False,
                        with_transfer: bool = False, durability: Optional[str] = None,
-                       reconnect_s: float = 60.0, **options) -> Session:
+                       history_bytes_max: Optional[int] = None, reconnect_s: float = 60.0,
+                       **options) -> Session:
         """Creates a session and its first mesh.
 
         Args:
@@ -86,6 +89,9 @@ class Client(jobs.JobCalls, files.FileCalls):
             with_transfer: every `Diff` brings the rows that carry nodal values to the new mesh.
             durability: when a revision is on the server's disk: "none", "relaxed" (soon) or
                 "strict" (before it is acknowledged). Default: strict where the server has a store.
+            history_bytes_max: how much of earlier revisions the server keeps: four fifths for ways
+                back (`Session.rollback`), the rest for readers that are behind; 0 to
+                `limits["history_bytes"]`. Default: about six times the mesh.
             reconnect_s: how long a call tries to take up a lost connection.
             **options: h_min, h_max (or hmin, hmax), hgrad, rotation, anisotropy_max as in
                 `pliant.options.Limits`; seed, variant, smoothing, no_insert, no_swap, no_move and
@@ -105,6 +111,8 @@ class Client(jobs.JobCalls, files.FileCalls):
         message.labels.update(labels or {})
         if durability is not None:
             message.options.durability = opts.durability_to_wire(durability)
+        if history_bytes_max is not None:
+            message.options.history_bytes_max = history_bytes_max
         session = self._session(self._upload(message, sender), True,
                                 _parts(with_metric, with_transfer), reconnect_s)
         try:
@@ -164,7 +172,9 @@ class Client(jobs.JobCalls, files.FileCalls):
             request = session_pb2.ListSessionsRequest(page_token=token)
             page = self._persist(lambda: calls.call(self._sessions.ListSessions, request))
             found += [SessionInfo(one.session_id, one.revision, one.counts.vertex_count,
-                                  one.counts.triangle_count, one.active_count, dict(one.labels))
+                                  one.counts.triangle_count, one.active_count, dict(one.labels),
+                                  one.history_bytes_max if one.HasField("history_bytes_max")
+                                  else None)
                       for one in page.sessions]
             token = page.next_page_token
             if not token:

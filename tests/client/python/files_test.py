@@ -38,6 +38,26 @@ def test_what_is_no_file_is_refused(client):
         client.export_session("nobody")
 
 
+def test_history_is_bounded_at_creation(client):
+    domain = pliant.Domain(SQUARE, LOOP, tags=[1, 2, 3, 4])
+    size = pliant.metric.size("0.3")
+    with pytest.raises(pliant.InvalidInput) as caught:
+        client.create_session(domain=domain, metric=size,
+                              history_bytes_max=client.limits["history_bytes"] + 1)
+    assert (caught.value.code, caught.value.field) == ("OUT_OF_RANGE", "options.history_bytes_max")
+    with client.create_session(domain=domain, metric=size, history_bytes_max=0) as session:
+        session.update_metric(pliant.metric.size(0.2))
+        with pytest.raises(pliant.NotFound):
+            session.rollback(1)
+        asked = {one.session_id: one.history_bytes_max for one in client.list_sessions()}
+        assert asked[session.session_id] == 0
+    with client.create_session(domain=domain, metric=size) as session:
+        session.update_metric(pliant.metric.size(0.2))
+        assert session.rollback(1).revision == 3
+        asked = {one.session_id: one.history_bytes_max for one in client.list_sessions()}
+        assert asked[session.session_id] is None
+
+
 def test_durability_is_chosen_at_creation(client):
     domain = pliant.Domain(SQUARE, LOOP, tags=[1, 2, 3, 4])
     size = pliant.metric.size("0.3")
