@@ -213,14 +213,6 @@ MeshSummary Replica::Summary() const {
   return summary;
 }
 
-std::vector<VertexId> LiveVertices(const Mesh& mesh) {
-  std::vector<VertexId> ids;
-  for (std::int32_t v = 0; v < mesh.vertex_slots(); ++v) {
-    if (mesh.vertex(VertexId(v)).live) ids.emplace_back(v);
-  }
-  return ids;
-}
-
 std::vector<TriangleId> LiveTriangles(const Mesh& mesh) {
   std::vector<TriangleId> ids;
   for (std::int32_t t = 0; t < mesh.triangle_slots(); ++t) {

@@ -14,6 +14,7 @@
 #include "core/mesh/mesh.h"
 #include "core/mesh/mesh_diff.h"
 #include "core/mesh/mesh_edit.h"
+#include "core/pliant/followed_metric.h"
 
 namespace pliant::testing {
 
@@ -101,8 +102,7 @@ class RandomEditor {
   Rng rng_;
 };
 
-/// Live vertices, ascending.
-[[nodiscard]] std::vector<VertexId> LiveVertices(const Mesh& mesh);
+using pliant::LiveVertices;
 /// Live triangles, ascending.
 [[nodiscard]] std::vector<TriangleId> LiveTriangles(const Mesh& mesh);
 
