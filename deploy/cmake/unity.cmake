@@ -1,5 +1,5 @@
-# With -DCMAKE_UNITY_BUILD=ON many files are compiled as one, which builds everything in a third of
-# the time; after a change more than the changed file is compiled again.
+# With -DCMAKE_UNITY_BUILD=ON many files are compiled as one, which builds everything in less
+# than half the time; after a change more than the changed file is compiled again.
 set(CMAKE_UNITY_BUILD_BATCH_SIZE 16)
 
 # gcc warns of types in unnamed namespaces where the file that has them is included by another.
