@@ -8,19 +8,14 @@
 #include <vector>
 
 #include "client/cpp/client.h"
+#include "tests/client/live/inputs.h"
 #include "tests/client/live/pliantd_process.h"
 
 namespace pliant::client {
 namespace {
 
 std::unique_ptr<Session> CreateSquare(Client& client) {
-  const Domain square{.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}},
-                      .segments = {{0, 1, 1}, {1, 2, 2}, {2, 3, 3}, {3, 0, 4}},
-                      .holes = {},
-                      .regions = {}};
-  MetricSpec metric;
-  metric.source = SizeMetric{"0.006"};
-  auto session = client.CreateSession(square, metric);
+  auto session = client.CreateSession(Square(), Size("0.006"));
   EXPECT_TRUE(session.ok()) << session.error().message;
   EXPECT_TRUE((*session)->Advance().ok());
   (*session)->SetAnswers(Answers::kWithAdvance);

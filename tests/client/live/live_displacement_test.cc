@@ -9,6 +9,7 @@
 #include "core/pliant/displace_tensors.h"
 #include "core/pliant/followed_metric.h"
 #include "core/pliant/remesher.h"
+#include "tests/client/live/inputs.h"
 #include "tests/client/live/pliantd_process.h"
 
 namespace pliant::client {
@@ -19,14 +20,8 @@ namespace {
 TEST(LiveDisplacement, WithTensorsGivesTheBitsOfTheCore) {
   PliantdProcess server;
   Client client = Client::Connect(server.address()).value();
-  const Domain square{.points = {{0, 0}, {1, 0}, {1, 1}, {0, 1}},
-                      .segments = {{0, 1, 1}, {1, 2, 2}, {2, 3, 3}, {3, 0, 4}},
-                      .holes = {},
-                      .regions = {}};
-  MetricSpec size;
-  size.source = SizeMetric{"0.06"};
-  const auto session = client.CreateSession(square, size).value();
-  const auto local = Remesher::Create(square, size, {}).value();
+  const auto session = client.CreateSession(Square(), Size("0.06")).value();
+  const auto local = Remesher::Create(Square(), Size("0.06"), {}).value();
   const FunctionsSpec beside{.parts = {SizeMetric{"0.03 + 0.2*y"}}};
   for (int step = 0; step < 4; ++step) {
     SCOPED_TRACE(step);
